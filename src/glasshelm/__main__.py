@@ -1,0 +1,7 @@
+"""``python -m glasshelm``."""
+
+import sys
+
+from glasshelm.cli import main
+
+sys.exit(main())

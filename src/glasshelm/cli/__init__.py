@@ -1,0 +1,59 @@
+"""The command line: finds the command, imports only that one, reports bad input in one line."""
+
+import importlib
+import sys
+
+from glasshelm import __version__
+
+#: name -> one line of help. Each is a module of this package with a function
+#: ``run`` whose typed parameters tyro turns into options.
+COMMANDS = {
+    "explain": "Sail an encounter and tell its story: figures, frames, report.html",
+    "run": "Sail an encounter headless and write its frames",
+    "train": "Train a pilot",
+}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Entry point of ``glasshelm``; returns the exit status (2: bad input, 130: interrupted)."""
+    args = sys.argv[1:] if argv is None else argv
+    if not args or args[0] in ("-h", "--help"):
+        print(_help())
+        return 0
+    if args[0] == "--version":
+        print(f"glasshelm {__version__}")
+        return 0
+    if args[0] not in COMMANDS:
+        known = ", ".join(COMMANDS)
+        print(f"glasshelm: unknown command {args[0]!r}: choose one of {known}", file=sys.stderr)
+        return 2
+    module = importlib.import_module(f"glasshelm.cli.{args[0]}")
+    import tyro
+
+    from glasshelm.errors import InputError
+
+    try:
+        tyro.cli(module.run, prog=f"glasshelm {args[0]}", args=args[1:])
+    except InputError as error:
+        print(f"glasshelm: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("glasshelm: interrupted", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS))
+    lines = [f"  {name:<{width}}  {line}" for name, line in COMMANDS.items()]
+    return "\n".join(
+        [
+            "usage: glasshelm COMMAND [options]",
+            "",
+            "Explainable AI for ship collision avoidance. Not for navigation.",
+            "",
+            *lines,
+            "",
+            "glasshelm COMMAND --help tells a command's options.",
+        ]
+    )

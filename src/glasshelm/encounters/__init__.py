@@ -1,0 +1,1 @@
+"""Encounters: what a scenario is, and where it comes from."""

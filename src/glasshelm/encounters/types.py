@@ -1,0 +1,131 @@
+"""What an encounter is: own ship's start and route, and the tracks of the targets.
+
+Simulated, designed and recorded traffic share one form. A target's track is a
+row of *legs*, each a constant course and speed from a known place and time:
+one leg for a straight runner, one a waypoint for a DNV situation, one a report
+for AIS (dead reckoning from the latest report until it is too old).
+"""
+
+import dataclasses
+from datetime import datetime
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from glasshelm.geometry import Vector
+from glasshelm.ships import ShipParams, ShipState
+
+
+class Track(eqx.Module):
+    """Piecewise straight motion. Legs are in order of time on the last axis.
+
+    A leg holds from ``start_s`` until the next leg's start, but not beyond its
+    own ``end_s``: outside every leg the target is not there (not yet heard, or
+    lost). Unused legs start at +inf.
+    """
+
+    start_s: Float[Array, "*n legs"]
+    end_s: Float[Array, "*n legs"]
+    east_m: Float[Array, "*n legs"]
+    north_m: Float[Array, "*n legs"]
+    course_rad: Float[Array, "*n legs"]
+    speed_m_s: Float[Array, "*n legs"]
+
+
+class Motion(eqx.Module):
+    """Targets at one instant. ``age_s`` is the time since the leg began (AIS: since the report)."""
+
+    east_m: Float[Array, "*n"]
+    north_m: Float[Array, "*n"]
+    course_rad: Float[Array, "*n"]
+    speed_m_s: Float[Array, "*n"]
+    age_s: Float[Array, "*n"]
+    present: Bool[Array, "*n"]
+
+
+class Encounter(eqx.Module):
+    """Everything that the world needs to begin: a pytree of fixed slots.
+
+    ``own`` is own ship's start, ``route`` her waypoints in order (east, north;
+    [m]), ``targets`` one track a slot, ``present`` which slots hold a ship.
+    """
+
+    own: ShipState
+    route: Vector
+    targets: Track
+    present: Bool[Array, " n"]
+
+
+@dataclasses.dataclass(frozen=True)
+class TargetInfo:
+    """Who a target is: for people, never for the pilot."""
+
+    id: str
+    name: str
+    length_m: float | None = None
+    kind: str | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Scenario:
+    """An encounter with what people want to know of it.
+
+    ``ship`` is own ship; ``own_track`` her recorded motion, if there is one;
+    ``origin`` the latitude and longitude [deg] of (0, 0), ``start`` the time of
+    t = 0 (UTC); ``duration_s`` how long the source says it lasts; ``notes``
+    what was repaired or dropped while reading.
+    """
+
+    source: str
+    title: str
+    encounter: Encounter
+    targets: tuple[TargetInfo, ...]
+    ship: ShipParams
+    duration_s: float
+    own_name: str = "own ship"
+    own_track: Track | None = None
+    origin: tuple[float, float] | None = None
+    start: datetime | None = None
+    notes: tuple[str, ...] = ()
+
+
+def straight_track(
+    east_m: Float[Array, "*n"],
+    north_m: Float[Array, "*n"],
+    course_rad: Float[Array, "*n"],
+    speed_m_s: Float[Array, "*n"],
+) -> Track:
+    """The track of ships that keep course and speed for ever."""
+    one = jnp.zeros((*jnp.shape(east_m), 1), jnp.float32)
+    east, north, course, speed = (
+        jnp.asarray(x, jnp.float32)[..., None] for x in (east_m, north_m, course_rad, speed_m_s)
+    )
+    return Track(one, one + jnp.inf, east, north, course, speed)
+
+
+def motion_at(track: Track, time_s: Float[Array, ""]) -> Motion:
+    """Where the targets are at an instant: each dead-reckoned along its latest leg."""
+    legs = track.start_s.shape[-1]
+    if legs == 1:
+        leg = jnp.zeros(track.start_s.shape[:-1], jnp.int32)
+    else:
+        leg = jnp.maximum(jnp.sum(track.start_s <= time_s, axis=-1) - 1, 0)
+
+    def now(values: Float[Array, "*n legs"]) -> Float[Array, "*n"]:
+        if legs == 1:
+            return values[..., 0]
+        return jnp.take_along_axis(values, leg[..., None], axis=-1)[..., 0]
+
+    start, end = now(track.start_s), now(track.end_s)
+    present = (start <= time_s) & (time_s < end)
+    age = jnp.where(present, time_s - jnp.where(jnp.isfinite(start), start, 0.0), 0.0)
+    course, speed = now(track.course_rad), now(track.speed_m_s)
+    return Motion(
+        now(track.east_m) + age * speed * jnp.sin(course),
+        now(track.north_m) + age * speed * jnp.cos(course),
+        course,
+        speed,
+        age,
+        present,
+    )

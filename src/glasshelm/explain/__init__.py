@@ -1,0 +1,1 @@
+"""Explanations of a decision: values, priorities, attention, intention."""

@@ -1,0 +1,132 @@
+"""The frame: situation, decision and explanation of one instant, for everything that people see.
+
+One schema for a line of the log, a message to the page and the input of a
+figure. SI units, radians clockwise from north, east/north of the scenario's
+origin. What a pilot or a source does not have is *absent* (``None`` here, not
+written there), never a zero. Field names are fixed: others build on them.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+
+class _Part(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Fields left at ``None`` are not written."""
+
+
+class Ship(_Part):
+    """Own ship's parameters (Eq. 6, 14-15)."""
+
+    loa_m: float
+    beam_m: float
+    K_1_s: float
+    T_s: float
+    rudder_limit_rad: float
+    speed_m_s: float
+    rudder_rate_rad_s: float | None = None  # absent: at once
+
+
+class Own(_Part):
+    """Own ship's motion. ``rudder_rad`` is absent where no sensor gives it."""
+
+    east_m: float
+    north_m: float
+    heading_rad: float
+    speed_m_s: float
+    rate_of_turn_rad_s: float
+    rudder_rad: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+
+
+class Waypoint(_Part):
+    east_m: float
+    north_m: float
+
+
+class Decision(_Part):
+    """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard."""
+
+    rudder_rad: float
+    applied: bool = True
+
+
+class ByTask(_Part):
+    """One number a sub-task (Eq. 16-19, 22)."""
+
+    waypoint: float
+    collision: float
+    total: float | None = None
+
+
+class Sweep(_Part):
+    """Q over the rudder range, split by sub-task; each target carries its own row ``q_sweep``."""
+
+    rudder_rad: list[float]
+    waypoint: list[float]
+    collision: list[float]
+
+
+class Target(_Part):
+    """A target: where she is, how near she will come, what the pilot makes of her.
+
+    ``danger`` is Eq. 13, clipped. ``q`` is Q_ca of the decided rudder (lower =
+    more dangerous), ``q_far`` the same head's value of a ship far off and
+    opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
+    ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
+    the level (preprint). ``fed`` is false for a target seen but not shown to
+    the pilot; ``age_s`` the time since she was last heard; ``lost`` that this
+    is too long ago: her position is the last dead-reckoned one.
+    """
+
+    id: str
+    name: str
+    east_m: float
+    north_m: float
+    course_rad: float
+    speed_m_s: float
+    range_m: float
+    bearing_rad: float  # relative to own heading, starboard positive, in [−π, π)
+    dcpa_m: float
+    tcpa_s: float
+    danger: float
+    q: float | None = None
+    q_far: float | None = None
+    q_sweep: list[float] | None = None
+    priority: float | None = None
+    attention: float | None = None
+    intention: float | None = None
+    intention_level: float | None = None
+    length_m: float | None = None
+    fed: bool = True
+    lost: bool = False
+    age_s: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+
+
+class Frame(_Part):
+    """One instant.
+
+    ``reward`` is of the step that led here (absent in the first frame);
+    ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
+    rudder 0 (Eq. 22). ``outside`` names what lies outside the training
+    distribution, in words.
+    """
+
+    time_s: float
+    pilot: str
+    source: str
+    ship: Ship
+    own: Own
+    waypoint: Waypoint
+    targets: list[Target]
+    decision: Decision | None = None
+    weights_sha256: str | None = None
+    time_utc: str | None = None
+    reward: ByTask | None = None
+    value: ByTask | None = None
+    priority: ByTask | None = None
+    sweep: Sweep | None = None
+    outside: list[str] | None = None

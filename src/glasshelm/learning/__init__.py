@@ -1,0 +1,1 @@
+"""Learning: gradients through the world, DDPG, critic evaluation."""

@@ -1,0 +1,1 @@
+"""Networks: actors and sub-task critics for any number of ships."""

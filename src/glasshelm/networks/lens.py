@@ -1,0 +1,53 @@
+"""How five frames become the input vector of a network.
+
+``flat`` is the paper's: the frames side by side. ``fine`` shows the same frames
+through a fixed change of variables, so that small things are not small
+numbers: the current frame, the frame-to-frame differences magnified (a large
+ship's rate of turn is 0.0005 in the units of Eq. 11), the lengths of the
+current frame also on a scale of 2 km, and directions as sine and cosine.
+"""
+
+from typing import Literal
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from glasshelm.networks.mlp import softsign
+from glasshelm.world.observe import FRAMES, TARGET_FEATURES, WAYPOINT_FEATURES
+
+Lens = Literal["flat", "fine"]
+
+_GAIN = 20.0  # magnification of differences
+_NEAR = 10.0  # lengths /20 km become lengths /2 km
+_BEARING = 2  # column of the bearing, in both kinds of row
+_LENGTHS = tuple(
+    i for i, name in enumerate(TARGET_FEATURES) if name in
+    ("dx", "dy", "distance", "cpa_dx", "cpa_dy", "dcpa")
+)  # fmt: skip
+
+
+def through(lens: Lens, frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
+    """The input vector of a waypoint (f = 3) or target (f = 10) history, newest frame first."""
+    if lens == "flat":
+        return frames.reshape(*frames.shape[:-2], -1)
+    now = frames[..., 0, :]
+    steps = frames[..., :-1, :] - frames[..., 1:, :]
+    turn = steps[..., _BEARING]
+    steps = steps.at[..., _BEARING].set(jnp.mod(turn + 1.0, 2.0) - 1.0)
+    angle = jnp.pi * now[..., _BEARING : _BEARING + 1]
+    parts = [
+        now,
+        _GAIN * steps.reshape(*steps.shape[:-2], -1),
+        jnp.sin(angle),
+        jnp.cos(angle),
+    ]
+    if now.shape[-1] == len(TARGET_FEATURES):
+        parts.append(softsign(_NEAR * now[..., _LENGTHS]))
+    return jnp.concatenate(parts, axis=-1)
+
+
+def input_size(lens: Lens, row: Literal["waypoint", "target"]) -> int:
+    """Length of :func:`through`'s vector."""
+    features = len(WAYPOINT_FEATURES if row == "waypoint" else TARGET_FEATURES)
+    extra = 0 if lens == "flat" else 2 + (len(_LENGTHS) if row == "target" else 0)
+    return FRAMES * features + extra

@@ -1,0 +1,1 @@
+"""Everything that can steer, behind one small interface."""

@@ -1,0 +1,22 @@
+"""Do nothing: rudder amidships. The floor of every comparison and Eq. 22's reference action."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from glasshelm.pilots.types import Memory
+from glasshelm.world.observe import Observation
+
+
+class StraightPilot(eqx.Module):
+    """Keeps the rudder amidships whatever happens."""
+
+    @property
+    def name(self) -> str:
+        return "straight"
+
+    def start(self) -> Memory:
+        return ()
+
+    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+        return jnp.zeros(()), memory
