@@ -1,0 +1,129 @@
+"""All figures of a voyage, in order, each with its caption, or the reason why it is not drawn."""
+
+import dataclasses
+from collections.abc import Callable, Iterator
+
+from matplotlib.figure import Figure
+
+from glasshelm.figures.coloured import attention, danger, intention
+from glasshelm.figures.histories import histories
+from glasshelm.figures.motion import motion
+from glasshelm.figures.priorities import at_instants, over_time
+from glasshelm.figures.series import Frames, Series, series
+from glasshelm.figures.sweep import sweep
+from glasshelm.figures.trajectories import absolute, relative
+
+_NO_SHIP = "there is no other ship"
+_NO_CRITIC = "this pilot has no critic, so its decisions carry no values or priorities"
+_NO_ATTENTION = "this pilot has no attention: only attention actors weigh the ships"
+_NO_SWEEP = "the frames carry no values of other rudders"
+
+
+@dataclasses.dataclass(frozen=True)
+class Plate:
+    """One figure: its file name, title, what to see in it, and why it may be missing."""
+
+    stem: str
+    title: str
+    caption: str
+    draw: Callable[[Frames], Figure | None]
+    missing: str = ""
+
+
+PLATES = (
+    Plate(
+        "07_tracks",
+        "Tracks",
+        "Tracks of all ships, north up, with markers at the same times for every ship. Own ship's "
+        "markers are open and numbered in minutes; the dotted line is the closest approach.",
+        absolute,
+    ),
+    Plate(
+        "08_relative",
+        "Seen from own ship",
+        "Tracks of the other ships as own ship sees them: her bow points up, the dashed outline "
+        "is her domain (Eq. 14-15), drawn to scale.",
+        relative,
+        _NO_SHIP,
+    ),
+    Plate(
+        "motion",
+        "Ranges, heading, rudder",
+        "Range of each ship (thick while inside the domain), own heading against the course to "
+        "the waypoint, and the rudder.",
+        motion,
+    ),
+    Plate(
+        "09_danger",
+        "Danger by the critic",
+        "The tracks as seen from own ship, darker where the critic values a ship lower than one "
+        "far off: where it sees danger.",
+        danger,
+        _NO_CRITIC,
+    ),
+    Plate(
+        "10_priorities",
+        "Priorities over time",
+        "Rudder and priorities (Eq. 22): how much better the chosen rudder is than rudder 0 for "
+        "the waypoint and for each ship. Dotted: the instants of the next figure.",
+        over_time,
+        _NO_CRITIC,
+    ),
+    Plate(
+        "11_instants",
+        "Situation, action and priorities",
+        "The instant of the largest collision priority and, if there is one, of the return "
+        "towards the waypoint. Arrows show where each ship will be in six minutes.",
+        at_instants,
+        _NO_CRITIC,
+    ),
+    Plate(
+        "sweep",
+        "Why not another rudder?",
+        "The value of every rudder against rudder 0 at the same instants, split by task and "
+        "ship. Dotted: the rudder decided.",
+        sweep,
+        _NO_SWEEP,
+    ),
+    Plate(
+        "13_attention",
+        "Attention",
+        "Tracks coloured by the share of attention (Eq. 23) that each ship gets.",
+        attention,
+        _NO_ATTENTION,
+    ),
+    Plate(
+        "14_intention",
+        "Intention",
+        "Tracks coloured by intention (Eq. 24): violet where the chosen rudder improves matters "
+        "with a ship that is attended to, orange where it worsens them.",
+        intention,
+        _NO_ATTENTION,
+    ),
+    Plate(
+        "15_histories",
+        "Measures of intention over time",
+        "Priorities, danger, attention and intention of each ship over time, with the colours "
+        "and markers of the tracks.",
+        histories,
+        _NO_CRITIC,
+    ),
+)
+
+
+def gallery(frames: Frames) -> Iterator[tuple[Plate, Figure | None]]:
+    """Draw every plate in turn; the figure is None where ``plate.missing`` says why.
+
+    A quantity of ships is missing for want of ships before it is for want of a
+    critic: use :func:`reason` for the sentence.
+    """
+    voyage = series(frames)
+    for plate in PLATES:
+        yield plate, plate.draw(voyage)
+
+
+def reason(plate: Plate, voyage: Series) -> str:
+    """Why a plate was not drawn, in one line."""
+    about_ships = plate.draw in (danger, attention, intention)
+    why = _NO_SHIP if about_ships and not voyage.ships else plate.missing
+    return f"{plate.title}: not drawn, {why}."

@@ -1,0 +1,113 @@
+"""Figures 7 and 8: trajectories north-up, and relative to own ship with her domain."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from glasshelm.figures import maps
+from glasshelm.figures.series import Frames, Series, series, ships_of_note
+from glasshelm.figures.style import INK, SOFT, legend_below, looks, new_figure, nm, styled
+
+
+@styled
+def absolute(frames: Frames) -> Figure:
+    """Figure 7: the tracks of all ships north-up, markers at equal times.
+
+    Own ship's markers are open and carry the minutes, the others' are filled.
+    The closest approach is drawn as a line between the two ships.
+    """
+    voyage = series(frames)
+    figure = new_figure(5.4, 5.6)
+    ax = figure.add_subplot()
+    draw_absolute(ax, voyage)
+    legend_below(figure, [maps.own_handle(), *maps.ship_handles(voyage)])
+    return figure
+
+
+@styled
+def relative(frames: Frames) -> Figure | None:
+    """Figure 8: the targets' tracks in own ship's body frame, with the domain (Eq. 14-15).
+
+    None if there is no other ship.
+    """
+    voyage = series(frames)
+    if not voyage.ships:
+        return None
+    figure = new_figure(5.4, 5.6)
+    ax = figure.add_subplot()
+    draw_relative(ax, voyage)
+    legend_below(figure, maps.ship_handles(voyage))
+    return figure
+
+
+def draw_absolute(ax: Axes, voyage: Series, title: str = "") -> None:
+    """The north-up map of figure 7 on given axes."""
+    at, step = maps.marks(voyage)
+    maps.draw_others(ax, voyage, relative=False)
+    by_id = looks(voyage)
+    for ship in ships_of_note(voyage):
+        maps.draw_track(ax, *maps.track(ship, False), at, by_id[ship.id])
+    maps.draw_own(ax, voyage, at)
+    maps.frame_absolute(ax, voyage)
+    _closest(ax, voyage)
+    _waypoint(ax, voyage)
+    ax.set_title(title or f"Tracks, a marker every {step:g} min (own ship's numbered)")
+
+
+def draw_relative(ax: Axes, voyage: Series, title: str = "") -> None:
+    """The body-frame map of figure 8 on given axes."""
+    at, step = maps.marks(voyage)
+    maps.frame_relative(ax, voyage)
+    maps.draw_domain(ax, voyage.frames[0].ship)
+    maps.draw_others(ax, voyage, relative=True)
+    by_id = looks(voyage)
+    for ship in ships_of_note(voyage):
+        maps.draw_track(ax, *maps.track(ship, True), at, by_id[ship.id])
+    ax.set_title(title or f"Seen from own ship, a marker every {step:g} min")
+
+
+def _closest(ax: Axes, voyage: Series) -> None:
+    """A line across the closest approach of all, with its length."""
+    if not voyage.ships:
+        return
+    ship = min(voyage.ships, key=lambda s: float(np.nanmin(s.range_m)))
+    k = ship.nearest
+    x = nm(np.array([voyage.east_m[k], ship.east_m[k]]))
+    y = nm(np.array([voyage.north_m[k], ship.north_m[k]]))
+    ax.plot(x, y, color=INK, lw=1.0, ls=(0, (1.5, 1.5)), zorder=4.5)
+    ax.annotate(
+        f"{ship.range_m[k] / 1852:.2f} NM",
+        (x.mean(), y.mean()),
+        xytext=(0, -9),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        fontsize=7.5,
+        path_effects=maps.HALO,
+        zorder=7,
+    )
+
+
+def _waypoint(ax: Axes, voyage: Series) -> None:
+    """The waypoint where it is in the map; else an arrow from the track's end towards it."""
+    waypoint = voyage.frames[-1].waypoint
+    x, y = waypoint.east_m / 1852, waypoint.north_m / 1852
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    if left <= x <= right and low <= y <= high:
+        ax.plot([x], [y], marker="*", ms=10, color=SOFT, ls="", zorder=4)
+        ax.annotate("waypoint", (x, y), xytext=(7, 0), textcoords="offset points", fontsize=7.5,
+                    va="center", color=SOFT)  # fmt: skip
+        return
+    from_x, from_y = voyage.east_m[-1] / 1852, voyage.north_m[-1] / 1852
+    away = float(np.hypot(x - from_x, y - from_y))
+    share = 0.055 * (high - low) / away
+    tip = (from_x + share * (x - from_x), from_y + share * (y - from_y))
+    ax.annotate(
+        "", tip, (from_x, from_y), arrowprops={"arrowstyle": "-|>", "color": SOFT, "lw": 1.2}
+    )
+    east = x >= from_x
+    ax.annotate(
+        f"waypoint {away:.1f} NM", tip, xytext=(6 if east else -6, 0), textcoords="offset points",
+        fontsize=7.5, color=SOFT, ha="left" if east else "right", va="center",
+        path_effects=maps.HALO,
+    )  # fmt: skip
