@@ -1,0 +1,86 @@
+"""Which ships of a recording are worth being own ship."""
+
+import dataclasses
+
+import numpy as np
+
+from glasshelm.encounters.ais_table import OWN_SENSORS, Particulars, Reports
+from glasshelm.ships import NAUTICAL_MILE_M
+
+#: Ships this near at the same minute have met.
+MEETING_M = 2 * NAUTICAL_MILE_M
+UNDER_WAY_KN = 3.0
+_GRID_S = 60.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Candidate:
+    """A ship under way: how long she is heard, how fast she goes, how many ships she meets."""
+
+    mmsi: int
+    name: str | None
+    heard_s: float
+    mean_sog_kn: float
+    meetings: int
+
+    def __str__(self) -> str:
+        name = f" {self.name}" if self.name else ""
+        ships = "ship" if self.meetings == 1 else "ships"
+        return (
+            f"{self.mmsi}{name} ({self.heard_s / 60:.0f} min, {self.mean_sog_kn:.0f} kn, "
+            f"meets {self.meetings} {ships})"
+        )
+
+
+def candidates(
+    reports: Reports, ships: dict[int, Particulars], best: int = 5
+) -> tuple[Candidate, ...]:
+    """The ``best`` own ships of cleaned reports.
+
+    Of the ships under way for at least half of the longest time that one is,
+    those that pass most ships under way within 2 NM; the longer heard first
+    among equals.
+    """
+    numbers, first, count = np.unique(reports.mmsi, return_index=True, return_counts=True)
+    sog = np.add.reduceat(reports.sog_kn, first) / count
+    heard = reports.time_s[first + count - 1] - reports.time_s[first]
+    moving = (sog >= UNDER_WAY_KN) & (count >= 3) & (numbers != OWN_SENSORS)
+    if not moving.any():
+        return ()
+    chosen = np.flatnonzero(moving)
+    meetings = _meetings(reports, first[chosen], count[chosen])
+    longest = heard[chosen].max()
+    found = [
+        Candidate(
+            int(numbers[i]),
+            ships.get(int(numbers[i]), Particulars()).name,
+            float(heard[i]),
+            float(sog[i]),
+            int(met),
+        )
+        for i, met in zip(chosen, meetings, strict=True)
+        if heard[i] >= 0.5 * longest
+    ]
+    found.sort(key=lambda c: (-c.meetings, -c.heard_s, c.mmsi))
+    return tuple(found[:best])
+
+
+def _meetings(r: Reports, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """How many of the ships each one has within MEETING_M at the same minute."""
+    start, end = r.time_s.min(), r.time_s.max()
+    grid = np.arange(start, end + _GRID_S, _GRID_S)
+    place = np.full((2, len(first), len(grid)), np.nan)
+    scale = np.cos(np.radians(np.median(r.latitude_deg)))
+    for i, (a, n) in enumerate(zip(first, count, strict=True)):
+        rows = slice(a, a + n)
+        time = r.time_s[rows]
+        inside = (grid >= time[0]) & (grid <= time[-1])
+        for axis, degrees in enumerate((r.longitude_deg[rows] * scale, r.latitude_deg[rows])):
+            place[axis, i, inside] = np.interp(grid[inside], time, degrees) * 60 * NAUTICAL_MILE_M
+    met = np.zeros((len(first), len(first)), bool)
+    for minute in range(len(grid)):
+        x, y = place[:, :, minute]
+        apart = np.hypot(x[:, None] - x, y[:, None] - y)  # NaN where one is not heard: not met
+        met |= apart < MEETING_M
+    np.fill_diagonal(met, False)
+    return met.sum(axis=1)

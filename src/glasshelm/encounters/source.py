@@ -1,0 +1,94 @@
+"""One string names any encounter: random, designed, a situation file, recorded traffic."""
+
+import dataclasses
+from datetime import datetime
+from importlib.resources import as_file, files
+from pathlib import Path
+
+from glasshelm.encounters.imazu import imazu_scenario
+from glasshelm.encounters.random import PAPER, random_scenario
+from glasshelm.encounters.recorded import RecordingSettings, recorded_scenario
+from glasshelm.encounters.situation import read_situation
+from glasshelm.encounters.types import Scenario
+from glasshelm.errors import InputError
+from glasshelm.ships import ShipParams
+
+#: Recordings that come with the package (data/README.md): name -> file, own ship if none is named.
+BUNDLED: dict[str, tuple[str, str | None]] = {
+    "gulf-of-finland": ("gulf_of_finland.csv.gz", None),
+    "new-york": ("new_york.csv.gz", "367000190"),
+}
+SOURCES = (
+    "random:SEED, random:SEED:SHIPS, imazu:1 to imazu:22, imazu:8b, imazu:12b, "
+    f"{', '.join(BUNDLED)}, or a file: .json (DNV traffic situation), "
+    ".csv, .nmea (AIS; also .gz)"
+)
+MOST_SHIPS = 500
+_LARGEST_SEED = 2**31 - 1
+
+
+def scenario_from(
+    source: str,
+    ship: ShipParams,
+    own: int | str | None = None,
+    at: str | datetime | None = None,
+    settings: RecordingSettings = RecordingSettings(),
+) -> Scenario:
+    """The scenario that ``source`` names, for a ship.
+
+    ``random:7`` is the random encounter of seed 7, ``random:7:3`` one of
+    exactly 3 ships; ``imazu:8b`` a designed case; ``gulf-of-finland`` and
+    ``new-york`` are recordings that come with the package; anything else is a
+    file. ``own``, ``at`` and ``settings`` are those of
+    :func:`glasshelm.encounters.recorded.recorded_scenario`. InputError for an
+    unknown source says what is possible.
+    """
+    source = source.strip()
+    kind, _, rest = source.partition(":")
+    if source in BUNDLED:
+        file, default_own = BUNDLED[source]
+        with as_file(files("glasshelm") / "data" / file) as path:
+            chosen = default_own if own is None else own
+            scenario = recorded_scenario(path, ship, chosen, at, settings)
+        return dataclasses.replace(scenario, source=source)
+    path = Path(source)
+    if kind in ("random", "imazu") and not path.exists():
+        _only_recorded(source, own, at)
+        return imazu_scenario(rest, ship) if kind == "imazu" else _random(source, rest, ship)
+    if not path.is_file():
+        raise InputError(f"no source {source!r} (nor such a file): choose {SOURCES}")
+    if _is_json(path):
+        _only_recorded(source, own, at)
+        return read_situation(path, ship)
+    return recorded_scenario(path, ship, own, at, settings)
+
+
+def _random(source: str, rest: str, ship: ShipParams) -> Scenario:
+    seed, _, count = rest.partition(":")
+    given = [seed] if ":" not in rest else [seed, count]
+    if not all(text.isascii() and text.isdigit() for text in given):
+        raise InputError(f"{source!r}: must be random:SEED or random:SEED:SHIPS (whole numbers)")
+    if int(seed) > _LARGEST_SEED:
+        raise InputError(f"{source!r}: the seed must be at most {_LARGEST_SEED}")
+    if len(given) == 1:
+        return random_scenario(int(seed), ship)
+    ships = int(count)
+    if ships > MOST_SHIPS:
+        raise InputError(f"{source!r}: at most {MOST_SHIPS} ships")
+    settings = dataclasses.replace(PAPER, targets=(ships, ships))
+    return dataclasses.replace(random_scenario(int(seed), ship, settings), source=source)
+
+
+def _only_recorded(source: str, own: object, at: object) -> None:
+    if own is not None or at is not None:
+        what = "an own ship" if own is not None else "a start time"
+        raise InputError(f"{source}: {what} can be chosen only in recorded traffic")
+
+
+def _is_json(path: Path) -> bool:
+    """By the name; for a name that says nothing, by the first character."""
+    suffix = path.suffix.lower()
+    if suffix in (".json", ".csv", ".nmea", ".gz"):
+        return suffix == ".json"
+    with path.open("rb") as file:
+        return file.read(64).lstrip()[:1] == b"{"

@@ -1,0 +1,57 @@
+"""From legs on the host to the fixed slots of a :class:`Track`."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float64
+
+from glasshelm.encounters.types import Track
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """The legs of one target in order of time, on the host in double precision (SI units)."""
+
+    start_s: Float64[np.ndarray, " legs"]
+    end_s: Float64[np.ndarray, " legs"]
+    east_m: Float64[np.ndarray, " legs"]
+    north_m: Float64[np.ndarray, " legs"]
+    course_rad: Float64[np.ndarray, " legs"]
+    speed_m_s: Float64[np.ndarray, " legs"]
+
+    @staticmethod
+    def of(
+        start_s: Sequence[float] | np.ndarray,
+        east_m: Sequence[float] | np.ndarray,
+        north_m: Sequence[float] | np.ndarray,
+        course_rad: Sequence[float] | np.ndarray,
+        speed_m_s: Sequence[float] | np.ndarray,
+        lasts_s: float = np.inf,
+    ) -> "Row":
+        """A row whose legs each end ``lasts_s`` after they begin."""
+        start, east, north, course, speed = (
+            np.asarray(x, np.float64) for x in (start_s, east_m, north_m, course_rad, speed_m_s)
+        )
+        return Row(start, start + lasts_s, east, north, course, speed)
+
+
+def stack_rows(rows: Sequence[Row]) -> Track:
+    """One track a row, padded with legs that never start; no rows give a track of no slots."""
+    legs = max((len(row.start_s) for row in rows), default=1)
+    stacked = {}
+    for field in dataclasses.fields(Row):
+        empty = np.inf if field.name.endswith("_s") and field.name != "speed_m_s" else 0.0
+        block = np.full((len(rows), legs), empty)
+        for i, row in enumerate(rows):
+            values = getattr(row, field.name)
+            block[i, : len(values)] = values
+        stacked[field.name] = jnp.asarray(block, jnp.float32)
+    return Track(**stacked)
+
+
+def single_track(row: Row) -> Track:
+    """The track of one ship, without the axis of slots."""
+    stacked = stack_rows([row])
+    return Track(**{f.name: getattr(stacked, f.name)[0] for f in dataclasses.fields(Track)})
