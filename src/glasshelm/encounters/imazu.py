@@ -10,6 +10,7 @@ import math
 from importlib.resources import files
 
 import jax.numpy as jnp
+import numpy as np
 
 from glasshelm.encounters.random import PAPER
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, straight_track
@@ -53,20 +54,25 @@ def imazu_scenario(
         raise InputError(f"Imazu case {name}: tcpa_s = {tcpa_s} must be a positive number")
     run = float(ship.speed_m_s) * tcpa_s
     goal = 2 * run if waypoint_m is None else waypoint_m
-    heading = jnp.radians(jnp.array([h for h, _ in cases[name]]))
-    ratio = jnp.array([r for _, r in cases[name]])
+    heading = np.radians([h for h, _ in cases[name]])
+    ratio = np.array([r for _, r in cases[name]])
     count = len(cases[name])
     return Scenario(
         source=f"imazu:{name}",
         title=f"Imazu case {name}: {count} {'ship' if count == 1 else 'ships'}",
         encounter=Encounter(
             ShipState.steady(0.0, 0.0, 0.0, ship.speed_m_s),
-            Vector(jnp.zeros(1), jnp.full(1, goal, jnp.float32)),
+            Vector(jnp.zeros(1), jnp.asarray([goal], jnp.float32)),
             straight_track(
-                -ratio * run * jnp.sin(heading),
-                run - ratio * run * jnp.cos(heading),
-                heading,
-                ratio * ship.speed_m_s,
+                *(
+                    jnp.asarray(x, jnp.float32)
+                    for x in (
+                        -ratio * run * np.sin(heading),
+                        run - ratio * run * np.cos(heading),
+                        heading,
+                        ratio * float(ship.speed_m_s),
+                    )
+                )
             ),
             jnp.ones(count, bool),
         ),
