@@ -1,0 +1,82 @@
+"""``glasshelm train``: train a pilot."""
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+
+def run(
+    preset: str = "fast",
+    actor: Literal["sum", "attention"] | None = None,
+    critic: Literal["sum", "heads"] | None = None,
+    ship: str | None = None,
+    seed: int | None = None,
+    out: Path = Path("runs/pilot"),
+    resume: bool = False,
+    minutes: float | None = None,
+    overrides: Annotated[tuple[str, ...], tyro.conf.arg(name="set")] = (),
+    snapshot_s: float = 60.0,
+    tensorboard: bool = True,
+) -> None:
+    """Train a pilot and write it to OUT/best.safetensors and OUT/final.safetensors.
+
+    Ctrl-C stops at a whole step and saves; --resume goes on from there, bit for bit.
+
+    Args:
+        preset: paper, ddpg, fast, tiny or tiny-fast.
+        actor: How the ships are merged into one feature (Eq. 20-21 or Eq. 23).
+        critic: One TD error of the total (the paper), or one a sub-task.
+        ship: Own ship: paper or large_ship.
+        seed: Seed of everything random.
+        out: Folder for weights, logs and snapshots.
+        resume: Go on with the training in OUT, with the configuration it began with.
+        minutes: Stop cleanly after so many minutes.
+        overrides: Any other field of the configuration: ddpg.batch=512 actor_sizes.lens=fine.
+        snapshot_s: Seconds between two snapshots to resume from.
+        tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
+    """
+    cache_compiled_programs()
+    import jax
+    from rich.console import Console
+
+    from glasshelm.errors import InputError
+    from glasshelm.learning.loop import BEST, FINAL, LoopSettings, train
+    from glasshelm.learning.presets import override, preset_named
+    from glasshelm.learning.progress import Display
+    from glasshelm.learning.snapshot import read_place
+    from glasshelm.ships import ship_named
+
+    asked = {"actor": actor, "critic": critic, "ship": ship, "seed": seed}
+    asked = {name: value for name, value in asked.items() if value is not None}
+    if resume:
+        _, config = read_place(out)
+        if override(dataclasses.replace(config, **asked), overrides) != config:
+            raise InputError(f"{out}: begun with other settings; --resume takes none")
+    else:
+        config = override(dataclasses.replace(preset_named(preset), **asked), overrides)
+    ship_named(config.ship)
+    console = Console()
+    console.print(
+        f"{config.preset}: {config.actor} actor, critics by {config.critic}, ship {config.ship}, "
+        f"seed {config.seed}, on {jax.devices()[0].device_kind}; writing {out}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    with Display(console) as display:
+        loop = LoopSettings(minutes, snapshot_s, tensorboard)
+        whole = train(config, out, loop, resume, display)
+    if not whole:
+        console.print(f"saved in {out}; go on with: glasshelm train --resume --out {out}")
+        raise KeyboardInterrupt
+    console.print(f"pilots: {out / BEST} and {out / FINAL}", highlight=False, soft_wrap=True)
+
+
+def cache_compiled_programs() -> None:
+    """Keep compiled programs in the user's cache folder: a second start takes seconds."""
+    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
+        return
+    root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(root / "glasshelm" / "programs")

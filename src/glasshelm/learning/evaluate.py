@@ -1,0 +1,198 @@
+"""How good is an actor: batched voyages through a fixed set of random encounters."""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from glasshelm.encounters.random import PAPER, RandomEncounters, random_encounter
+from glasshelm.encounters.types import Encounter
+from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.ships import ShipParams
+from glasshelm.world.rewards import SUB_TASKS
+from glasshelm.world.step import WorldState, begin, step
+
+#: The fixed evaluation set is drawn with this seed, whatever the training's.
+EVALUATION_SEED = 20_240_501
+
+
+class Voyages(eqx.Module):
+    """What happened in each encounter of a set, over a short and a long voyage.
+
+    ``margin`` is the worst Eq. 13 (unclipped) of any ship, ``range_m`` the
+    nearest centre distance; index 0: the first ``short`` steps, 1: all.
+    Returns are undiscounted, over the first ``short`` steps.
+    """
+
+    margin: Float[Array, "2 w"]
+    range_m: Float[Array, "2 w"]
+    return_by_task: Float[Array, "w 2"]
+    rudder: Float[Array, " w"]
+    ships: Int[Array, " w"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Score:
+    """Rates and means over an evaluation set. ``by_ships``: long intrusion rate by number of ships.
+
+    An intrusion is a ship inside the domain (Eq. 13 > 0) at any step, a
+    collision a centre distance below own ship's length.
+    """
+
+    intrusions: float
+    intrusions_long: float
+    collisions: float
+    collisions_long: float
+    return_waypoint: float
+    return_collision: float
+    rudder: float
+    by_ships: tuple[float | None, ...]
+
+    @property
+    def total(self) -> float:
+        return self.return_waypoint + self.return_collision
+
+    @property
+    def fault(self) -> float:
+        """What the pilot kept is chosen by, lower is better: a collision counts as ten intrusions.
+
+        The share of return lost (of 60, about the most a voyage can have)
+        decides between pilots that are otherwise equal.
+        """
+        rates = self.intrusions + self.intrusions_long
+        rates += 10.0 * (self.collisions + self.collisions_long)
+        return rates - self.total / 60.0
+
+
+def evaluation_set(
+    ship: ShipParams, size: int = 256, settings: RandomEncounters = PAPER
+) -> Encounter:
+    """The fixed set of random encounters, the same for every training."""
+    keys = jax.random.split(jax.random.key(EVALUATION_SEED), size)
+    return jax.jit(jax.vmap(lambda k: random_encounter(k, ship, settings)))(keys)
+
+
+def sail_set(
+    actor: Actor, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
+) -> Voyages:
+    """Sail every encounter under the actor, without exploration."""
+
+    def go(carry: tuple[WorldState, Voyages], number: Int[Array, ""]):
+        state, so_far = carry
+        action = actor(state.observation)
+        out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
+            encounters, state, action
+        )
+        counts = jnp.array([True, True]).at[0].set(number < short)[:, None]
+        worst = jnp.where(encounters.present, out.margin, -jnp.inf).max(-1, initial=-jnp.inf)
+        nearest = jnp.where(encounters.present, out.range_m, jnp.inf).min(-1, initial=jnp.inf)
+        return (
+            out.state,
+            Voyages(
+                jnp.where(counts, jnp.maximum(so_far.margin, worst), so_far.margin),
+                jnp.where(counts, jnp.minimum(so_far.range_m, nearest), so_far.range_m),
+                so_far.return_by_task + counts[0] * out.reward.by_task,
+                so_far.rudder + jnp.abs(action) / long,
+                so_far.ships,
+            ),
+        ), None
+
+    size = encounters.present.shape[0]
+    start = Voyages(
+        jnp.full((2, size), -jnp.inf),
+        jnp.full((2, size), jnp.inf),
+        jnp.zeros((size, 2)),
+        jnp.zeros(size),
+        encounters.present.sum(-1),
+    )
+    states = jax.vmap(lambda e: begin(e, ship))(encounters)
+    (_, voyages), _ = jax.lax.scan(go, (states, start), jnp.arange(long))
+    return voyages
+
+
+def score(voyages: Voyages, loa_m: float) -> Score:
+    """Rates and means of a set of voyages."""
+    intruded = np.asarray(voyages.margin) > 0
+    collided = np.asarray(voyages.range_m) < loa_m
+    ships = np.asarray(voyages.ships)
+    returns = np.asarray(voyages.return_by_task).mean(0)
+    slots = int(ships.max(initial=0))
+    short, long = (float(x) for x in intruded.mean(-1))
+    short_collided, long_collided = (float(x) for x in collided.mean(-1))
+    return Score(
+        intrusions=short,
+        intrusions_long=long,
+        collisions=short_collided,
+        collisions_long=long_collided,
+        return_waypoint=float(returns[0]),
+        return_collision=float(returns[1]),
+        rudder=float(np.asarray(voyages.rudder).mean()),
+        by_ships=tuple(
+            float(intruded[1][ships == n].mean()) if (ships == n).any() else None
+            for n in range(slots + 1)
+        ),
+    )
+
+
+class Agreement(eqx.Module):
+    """How well the critics' values agree with the returns that followed, by sub-task.
+
+    Correlation, root mean square error and spread of the discounted returns,
+    over all states of the short voyages.
+    """
+
+    correlation: Float[Array, "2"]
+    error: Float[Array, "2"]
+    spread: Float[Array, "2"]
+
+    def numbers(self) -> dict[str, float]:
+        """The same by name, for a log."""
+        return {
+            f"{task.name.lower()}_{name}": float(getattr(self, name)[task])
+            for task in SUB_TASKS
+            for name in ("correlation", "error", "spread")
+        }
+
+
+def agreement(
+    actor: Actor,
+    critic: SubTaskCritic,
+    encounters: Encounter,
+    ship: ShipParams,
+    discount: float,
+    short: int = 240,
+    long: int = 480,
+) -> Agreement:
+    """Q(s, π(s)) against the discounted return of the rest of the voyage, sub-task by sub-task.
+
+    Values are taken in the first ``short`` steps; what would follow after
+    ``long`` is missing from the returns.
+    """
+
+    def go(state: WorldState, _: None):
+        action = actor(state.observation)
+        values = critic(state.observation, action).by_task
+        out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
+            encounters, state, action
+        )
+        return out.state, (values, out.reward.by_task)
+
+    def back(after: Float[Array, "w 2"], reward: Float[Array, "w 2"]):
+        value = reward + discount * after
+        return value, value
+
+    states = jax.vmap(lambda e: begin(e, ship))(encounters)
+    _, (values, rewards) = jax.lax.scan(go, states, None, length=long)
+    _, returns = jax.lax.scan(back, jnp.zeros_like(rewards[0]), rewards, reverse=True)
+    q, g = values[:short].reshape(-1, 2), returns[:short].reshape(-1, 2)
+    dq, dg = q - q.mean(0), g - g.mean(0)
+    covariance = (dq * dg).mean(0)
+    return Agreement(
+        covariance / jnp.maximum(dq.std(0) * dg.std(0), 1e-9),
+        jnp.sqrt(((q - g) ** 2).mean(0)),
+        dg.std(0),
+    )

@@ -1,0 +1,178 @@
+"""Everything that can be set in a training, and the presets."""
+
+import dataclasses
+import json
+from typing import Any, Literal
+
+import msgspec
+
+from glasshelm.errors import InputError
+from glasshelm.learning.analytic import AnalyticSettings
+from glasshelm.learning.ddpg import DdpgSettings
+from glasshelm.learning.losses import ActorLossSettings, CriticTraining
+from glasshelm.learning.noise import NoiseSettings
+from glasshelm.networks.actors import ActorSizes
+from glasshelm.networks.critics import CriticSizes
+from glasshelm.world.step import WorldSettings
+
+
+@dataclasses.dataclass(frozen=True)
+class TrainConfig:
+    """One training, resolved: saved in every checkpoint, enough to build the networks again.
+
+    ``way`` is ``ddpg`` (actor and critics by DDPG, the paper's way) or
+    ``analytic`` (actor by gradients through the world, then critics evaluated
+    on it with the program of ``ddpg`` in which ``actor_update`` is false).
+    """
+
+    preset: str
+    way: Literal["ddpg", "analytic"]
+    actor: Literal["sum", "attention"] = "sum"
+    critic: CriticTraining = "sum"
+    ship: str = "paper"
+    seed: int = 0
+    actor_sizes: ActorSizes = dataclasses.field(default_factory=ActorSizes)
+    critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)
+    ddpg: DdpgSettings = dataclasses.field(default_factory=DdpgSettings)
+    analytic: AnalyticSettings = dataclasses.field(default_factory=AnalyticSettings)
+    #: Share of a time budget that the analytic actor gets; its critics have the rest.
+    actor_share: float = 0.65
+    #: Iterations (analytic) and cycles (ddpg) between two evaluations.
+    evaluate_every: tuple[int, int] = (100, 1000)
+    #: Size of the fixed evaluation set; short and long voyages in steps.
+    evaluation_worlds: int = 256
+    evaluation_steps: tuple[int, int] = (240, 480)
+
+
+_FINE_ACTOR = ActorSizes((128, 128, 64), (128, 128, 64), (64, 64), "fine")
+_FINE_CRITIC = CriticSizes((128, 128, 64), norm=True, lens="fine")
+_BRIEF = WorldSettings(episode_steps=24)
+
+PRESETS: dict[str, TrainConfig] = {
+    # Table A.6 to the letter.
+    "paper": TrainConfig("paper", "ddpg"),
+    # The best pilot that two CPU cores train in an hour (docs/algorithms/fast.md).
+    "fast": TrainConfig(
+        "fast",
+        "analytic",
+        actor_sizes=ActorSizes((64, 64, 64), (64, 64), (32, 32), "fine"),
+        critic_sizes=_FINE_CRITIC,
+        critic="heads",
+        ddpg=DdpgSettings(
+            env_steps=2_000_000,
+            batch=256,
+            target_rate=0.005,
+            learning_rate_end=0.05,
+            replay=500_000,
+            actor_update=False,
+            noise=NoiseSettings("bursts"),
+        ),
+    ),
+    # The paper's algorithm at a size that a CPU trains in half an hour.
+    "ddpg": TrainConfig(
+        "ddpg",
+        "ddpg",
+        actor_sizes=_FINE_ACTOR,
+        critic_sizes=_FINE_CRITIC,
+        ddpg=DdpgSettings(
+            env_steps=2_500_000,
+            batch=256,
+            replay=500_000,
+            actor_loss=ActorLossSettings(noise_shared=True),
+        ),
+    ),
+    # Seconds: for tests of the machinery, not for pilots.
+    "tiny": TrainConfig(
+        "tiny",
+        "ddpg",
+        actor_sizes=ActorSizes((8, 8), (8,), (4,)),
+        critic_sizes=CriticSizes((8,), norm=True),
+        ddpg=DdpgSettings(
+            env_steps=1000,
+            train_interval=10,
+            batch=16,
+            replay=1000,
+            critic_from=200,
+            actor_from=400,
+            worlds=10,
+            world=_BRIEF,
+            pool=32,
+            pool_cycles=20,
+        ),
+        evaluate_every=(10, 20),
+        evaluation_worlds=16,
+        evaluation_steps=(12, 24),
+    ),
+    "tiny-fast": TrainConfig(
+        "tiny-fast",
+        "analytic",
+        actor_sizes=ActorSizes((8, 8), (8,), (4,), "fine"),
+        critic_sizes=CriticSizes((8,), norm=True, lens="fine"),
+        ddpg=DdpgSettings(
+            env_steps=600,
+            train_interval=10,
+            batch=16,
+            replay=1000,
+            critic_from=200,
+            worlds=10,
+            world=_BRIEF,
+            pool=32,
+            pool_cycles=20,
+            actor_update=False,
+            noise=NoiseSettings("bursts"),
+        ),
+        analytic=AnalyticSettings((1, 1, 1, 1, 1, 1, 1), decisions=6, iterations=30),
+        evaluate_every=(10, 10),
+        evaluation_worlds=16,
+        evaluation_steps=(12, 24),
+    ),
+}
+
+
+def preset_named(name: str) -> TrainConfig:
+    """The preset of that name; InputError names the presets if there is none."""
+    if name not in PRESETS:
+        raise InputError(f"unknown preset {name!r}: choose one of {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+def config_to_dict(config: TrainConfig) -> dict[str, Any]:
+    """The configuration as plain JSON values."""
+    return msgspec.to_builtins(config)
+
+
+def config_from_dict(values: dict[str, Any]) -> TrainConfig:
+    """The configuration that :func:`config_to_dict` wrote; InputError if it is not one."""
+    try:
+        return msgspec.convert(values, TrainConfig, strict=False)
+    except msgspec.ValidationError as error:
+        raise InputError(f"bad training configuration: {error}") from None
+
+
+def override(config: TrainConfig, settings: tuple[str, ...]) -> TrainConfig:
+    """The configuration with fields replaced: ``ddpg.batch=512``, ``actor_sizes.head=[64,64]``.
+
+    InputError names the field that is not there, with those that are.
+    """
+    values = config_to_dict(config)
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise InputError(f"bad setting {setting!r}: write FIELD=VALUE, as in ddpg.batch=512")
+        at: Any = values
+        owner: dict[str, Any] = values
+        last = name.split(".")[-1]
+        for part in name.split("."):
+            if not isinstance(at, dict) or part not in at:
+                known = ", ".join(at) if isinstance(at, dict) else "no field here"
+                raise InputError(f"unknown setting {name!r}: {part!r} is none of: {known}")
+            owner, at = at, at[part]
+        owner[last] = _value(text)
+    return config_from_dict(values)
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return text

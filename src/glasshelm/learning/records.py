@@ -1,0 +1,52 @@
+"""What a training leaves to read: JSON lines, and TensorBoard where it is installed."""
+
+import importlib.util
+import json
+from pathlib import Path
+from typing import Any
+
+LOG = "log.jsonl"
+
+
+class Records:
+    """The log of one training; lines written after the checkpoint resumed from are dropped."""
+
+    def __init__(self, folder: Path, resumed_at: int | None, tensorboard: bool = True):
+        self.path = folder / LOG
+        folder.mkdir(parents=True, exist_ok=True)
+        kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
+        self.path.write_text("".join(json.dumps(line) + "\n" for line in kept))
+        self._board = None
+        if tensorboard and importlib.util.find_spec("tensorboardX"):
+            from tensorboardX import SummaryWriter
+
+            self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=resumed_at)
+
+    def add(self, line: dict[str, Any]) -> None:
+        """Append one line; its numbers also go to TensorBoard at the line's ``number``."""
+        with self.path.open("a") as file:
+            file.write(json.dumps(line) + "\n")
+        if self._board is not None:
+            for name, value in line.items():
+                if isinstance(value, int | float) and name not in ("number", "seconds"):
+                    self._board.add_scalar(f"{line['stage']}/{name}", value, line["number"])
+
+    def close(self) -> None:
+        if self._board is not None:
+            self._board.close()
+
+
+def read_records(folder: Path) -> list[dict[str, Any]]:
+    """The lines of a training's log; a line cut off by a crash is left out."""
+    path = folder / LOG
+    lines = []
+    for text in path.read_text().splitlines() if path.exists() else []:
+        try:
+            lines.append(json.loads(text))
+        except json.JSONDecodeError:
+            break
+    return lines
+
+
+def _lines_until(path: Path, number: int) -> list[dict[str, Any]]:
+    return [line for line in read_records(path.parent) if line["number"] <= number]

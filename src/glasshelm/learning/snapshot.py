@@ -1,0 +1,106 @@
+"""The complete state of a training on disk, so that it continues bit for bit.
+
+``state.safetensors`` holds everything but the replay; the replay (hundreds of
+megabytes) has a file of its own, written before and named in the header of the
+state. The old pair is deleted last: a crash at any instant leaves one whole
+pair.
+"""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from glasshelm import __version__
+from glasshelm.errors import InputError
+from glasshelm.learning.checkpoint import load_tree, read_header, save_tree
+from glasshelm.learning.ddpg import DdpgState
+from glasshelm.learning.presets import TrainConfig, config_from_dict, config_to_dict
+from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import SubTaskCritic
+
+STATE = "state.safetensors"
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """How far a training is. ``number`` counts units of the stage, ``best`` the best fault yet."""
+
+    stage: int = 0
+    number: int = 0
+    best: float | None = None
+    seconds: float = 0.0
+
+
+def save_snapshot(folder: Path, state: Any, kept: Actor, place: Place, config: TrainConfig) -> None:
+    """Write the pair of files. ``kept`` is the best actor so far."""
+    replay_file = None
+    if isinstance(state, DdpgState):
+        replay_file = f"replay-{place.stage}-{place.number}.safetensors"
+        save_tree(folder / replay_file, state.replay, {})
+        state = _without_replay(state)
+    header = {
+        "version": __version__,
+        "config": config_to_dict(config),
+        "place": dataclasses.asdict(place),
+        "replay": replay_file,
+    }
+    save_tree(folder / STATE, {"state": state, "kept": kept}, header)
+    for old in folder.glob("replay-*.safetensors*"):
+        if old.name != replay_file:
+            old.unlink()
+
+
+def read_place(folder: Path) -> tuple[Place, TrainConfig]:
+    """Where a snapshot stands and its configuration; InputError if there is none."""
+    if not (folder / STATE).exists():
+        raise InputError(f"{folder}: no {STATE} to resume; leave --resume out to begin")
+    header = read_header(folder / STATE)
+    return Place(**header["place"]), config_from_dict(header["config"])
+
+
+def load_snapshot(folder: Path, state: Any, kept: Actor) -> tuple[Any, Actor]:
+    """The saved state and best actor; the arguments give their structure."""
+    header = read_header(folder / STATE)
+    replay = None
+    if isinstance(state, DdpgState):
+        replay = load_tree(folder / header["replay"], state.replay)
+        state = _without_replay(state)
+    stored = load_tree(folder / STATE, {"state": state, "kept": kept})
+    loaded = stored["state"]
+    if replay is not None:
+        loaded = eqx.tree_at(lambda s: s.replay, loaded, replay, is_leaf=lambda x: x is None)
+    # Own copies: what was read may share memory with the file's buffer, and is donated later.
+    return jax.tree.map(jnp.copy, loaded), stored["kept"]
+
+
+def pilot_header(config: TrainConfig, critic: SubTaskCritic | None, summary: dict[str, Any]):
+    """The header from which :func:`glasshelm.pilots.rebuild.rebuild` makes the networks."""
+    return {
+        "version": __version__,
+        "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
+        "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),
+        "ship": config.ship,
+        "config": config_to_dict(config),
+        "summary": summary,
+    }
+
+
+def save_pilot(
+    path: Path,
+    actor: Actor,
+    critic: SubTaskCritic | None,
+    config: TrainConfig,
+    summary: dict[str, Any],
+) -> str:
+    """Write a pilot: actor, critic if there is one, configuration, summary; returns the SHA-256."""
+    return save_tree(
+        path, {"actor": actor, "critic": critic}, pilot_header(config, critic, summary)
+    )
+
+
+def _without_replay(state: DdpgState) -> DdpgState:
+    return eqx.tree_at(lambda s: s.replay, state, None)

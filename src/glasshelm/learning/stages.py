@@ -1,0 +1,173 @@
+"""The parts of a training: each begins, advances by one unit, and shows its pilot.
+
+``actor`` improves an actor by gradients through the world, ``critic`` evaluates
+critics on the actor that it found, ``ddpg`` learns both at once. The loop
+(:mod:`glasshelm.learning.loop`) treats them alike.
+"""
+
+from typing import Any, Protocol
+
+import jax
+import jax.numpy as jnp
+
+from glasshelm.learning.analytic import AnalyticState, Voyages, iterate, start_training
+from glasshelm.learning.ddpg import DdpgState, Pool, Report, begin_ddpg, cycle, pool_of
+from glasshelm.learning.presets import TrainConfig
+from glasshelm.networks.actors import Actor, make_actor
+from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.ships import ship_named
+
+#: A state is an eqx.Module whose leaves are all arrays.
+State = Any
+#: What one unit reports, still on the device.
+Told = Any
+
+
+class Stage(Protocol):
+    """One part of a training. A unit is an iteration (actor) or a cycle (ddpg, critic)."""
+
+    name: str
+    unit: str
+    units: int
+    updates_per_unit: int
+    env_steps_per_unit: int
+    evaluate_every: int
+
+    def begin(self, actor: Actor | None) -> State:
+        """The first state; ``actor`` is the pilot of the stage before, if there was one."""
+        ...
+
+    def advance(self, state: State, number: int) -> tuple[State, Told]:
+        """One unit on from state ``number`` (0 is the first). The old state is used up."""
+        ...
+
+    def tell(self, told: list[Told]) -> dict[str, float]:
+        """Means of what a run of units reported."""
+        ...
+
+    def actor(self, state: State) -> Actor: ...
+
+    def critic(self, state: State) -> SubTaskCritic | None: ...
+
+
+class ActorStage:
+    """The actor by gradients through the world (:mod:`glasshelm.learning.analytic`)."""
+
+    name, unit = "actor", "iterations"
+    updates_per_unit = 1
+
+    def __init__(self, config: TrainConfig):
+        settings = config.analytic
+        self.units = settings.iterations
+        self.env_steps_per_unit = settings.worlds * settings.decisions * settings.hold
+        self.evaluate_every = config.evaluate_every[0]
+        ship = ship_named(config.ship)
+        self._config = config
+        key = jax.random.fold_in(jax.random.key(config.seed), 2)
+        self._begin = jax.jit(
+            lambda actor: start_training(actor, jax.random.fold_in(key, 0), ship, settings)
+        )
+
+        def advance(state: AnalyticState) -> tuple[AnalyticState, Voyages]:
+            return iterate(state, jax.random.fold_in(key, state.iteration + 1), ship, settings)
+
+        self._advance = jax.jit(advance)
+
+    def begin(self, actor: Actor | None) -> AnalyticState:
+        return self._begin(new_actor(self._config) if actor is None else actor)
+
+    def advance(self, state: AnalyticState, number: int) -> tuple[AnalyticState, Voyages]:
+        return self._advance(state)
+
+    def tell(self, told: list[Voyages]) -> dict[str, float]:
+        return {
+            "smooth_return": _mean([t.returns for t in told]),
+            "train_intrusions": _mean([t.intruded for t in told]),
+        }
+
+    def actor(self, state: AnalyticState) -> Actor:
+        return state.average
+
+    def critic(self, state: AnalyticState) -> SubTaskCritic | None:
+        return None
+
+
+class DdpgStage:
+    """DDPG, or with a fixed actor the evaluation of its critics.
+
+    One unit is one call of one jitted program (worlds' steps and updates), its
+    state donated so that the replay is written in place.
+    """
+
+    unit = "cycles"
+
+    def __init__(self, config: TrainConfig):
+        settings = config.ddpg
+        self.name = "ddpg" if settings.actor_update else "critic"
+        self.units = settings.cycles
+        self.updates_per_unit = settings.cycle_updates
+        self.env_steps_per_unit = settings.cycle_env_steps
+        self.evaluate_every = config.evaluate_every[1]
+        self._config, self._ship = config, ship_named(config.ship)
+        self._settings = settings
+        self._pool: tuple[int, Pool] | None = None
+        self._draw = jax.jit(lambda number: pool_of(config.seed, number, self._ship, settings))
+        self._program = jax.jit(self._cycle, static_argnums=(2, 3), donate_argnums=0)
+
+    def begin(self, actor: Actor | None) -> DdpgState:
+        config = self._config
+        start = new_actor(config) if actor is None else actor
+        start = jax.tree.map(jnp.copy, start)  # the program uses up its own copy
+        key = jax.random.fold_in(jax.random.key(config.seed), 4)
+        critic = SubTaskCritic(config.critic_sizes, key)
+        return begin_ddpg(start, critic, self._pool_at(0), self._settings)
+
+    def advance(self, state: DdpgState, number: int) -> tuple[DdpgState, Report]:
+        steps = number * self.env_steps_per_unit
+        critic = steps >= self._settings.critic_from
+        actor = self._settings.actor_update and steps >= self._settings.actor_from
+        return self._program(state, self._pool_at(number), critic, critic and actor)
+
+    def tell(self, told: list[Report]) -> dict[str, float]:
+        return {
+            "critic_loss": _mean([t.critic_loss for t in told]),
+            "actor_loss": _mean([t.actor_loss for t in told]),
+            "reward": _mean([t.reward for t in told]),
+        }
+
+    def actor(self, state: DdpgState) -> Actor:
+        return state.actor
+
+    def critic(self, state: DdpgState) -> SubTaskCritic | None:
+        return state.critic
+
+    def _cycle(
+        self, state: DdpgState, pool: Pool, critic: bool, actor: bool
+    ) -> tuple[DdpgState, Report]:
+        config = self._config
+        return cycle(
+            state, pool, critic, actor, config.seed, self._ship, self._settings, config.critic
+        )
+
+    def _pool_at(self, number: int) -> Pool:
+        index = number // self._settings.pool_cycles
+        if self._pool is None or self._pool[0] != index:
+            self._pool = (index, self._draw(jnp.asarray(number)))
+        return self._pool[1]
+
+
+def stages_of(config: TrainConfig) -> list[Stage]:
+    """The stages of a training, in order."""
+    if config.way == "ddpg":
+        return [DdpgStage(config)]
+    return [ActorStage(config), DdpgStage(config)]
+
+
+def new_actor(config: TrainConfig) -> Actor:
+    """The untrained actor of a configuration."""
+    key = jax.random.fold_in(jax.random.key(config.seed), 3)
+    return make_actor(config.actor, config.actor_sizes, key)
+
+
+def _mean(values: list[jax.Array]) -> float:
+    return float(jnp.mean(jnp.stack([v.astype(jnp.float32).mean() for v in values])))
