@@ -90,19 +90,30 @@ def draw_valued(
     """One target's track coloured by a value along it; a hairline where the value is absent."""
     ax.plot(x, y, color="#b8bfc6", lw=0.5, zorder=2)
     draw_arrow(ax, x, y, SOFT)
-    points = np.stack([x, y], axis=-1)
-    pieces = np.stack([points[:-1], points[1:]], axis=1)
-    known = np.isfinite(pieces).all((1, 2)) & np.isfinite(value[:-1])
-    lines = LineCollection(
-        list(pieces[known]), cmap=cmap, norm=norm, linewidths=2.6, capstyle="round", zorder=3
-    )
-    lines.set_array(value[:-1][known])
+    pieces, values = _pieces(x, y, value, norm)
+    lines = LineCollection(pieces, cmap=cmap, norm=norm, linewidths=2.6, capstyle="round", zorder=3)
+    lines.set_array(values)
     ax.add_collection(lines, autolim=False)
     shown = at[np.isfinite(x[at]) & np.isfinite(value[at])]
     ax.scatter(
         x[shown], y[shown], c=value[shown], cmap=cmap, norm=norm, marker=marker, s=26,
         edgecolors=INK, linewidths=0.6, zorder=3.5,
     )  # fmt: skip
+
+
+def _pieces(x: Row, y: Row, value: Row, norm: Normalize) -> tuple[list[np.ndarray], np.ndarray]:
+    """A track cut where its colour changes by one of 64 steps: polylines and their values."""
+    step = np.round(np.clip(np.asarray(norm(value), float), 0, 1) * 64)
+    known = np.isfinite(x) & np.isfinite(y) & np.isfinite(value)
+    pieces, values, start = [], [], 0
+    for k in range(1, len(x)):
+        if not (known[k - 1] and known[k]):
+            start = k
+        elif k == len(x) - 1 or step[k] != step[start] or not known[k + 1]:
+            pieces.append(np.stack([x[start : k + 1], y[start : k + 1]], axis=-1))
+            values.append(value[start])
+            start = k
+    return pieces, np.array(values)
 
 
 def draw_arrow(ax: Axes, x: Row, y: Row, colour: str) -> None:

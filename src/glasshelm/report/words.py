@@ -1,0 +1,82 @@
+"""Numbers as a navigator says them: miles, degrees, minutes, and on which side."""
+
+import math
+from datetime import timedelta
+
+from glasshelm.figures.series import Series
+from glasshelm.geometry import CPA_HORIZON_S
+from glasshelm.ships import NAUTICAL_MILE_M
+
+#: Below this a priority makes no difference (it prints as 0.000).
+NOTHING = 0.0005
+
+
+def miles(metres: float) -> str:
+    """``0.30 NM`` below ten miles, ``12.4 NM`` above."""
+    nautical = metres / NAUTICAL_MILE_M
+    return f"{nautical:.2f} NM" if nautical < 10 else f"{nautical:.1f} NM"
+
+
+def lasting(seconds: float) -> str:
+    """A duration: ``45 s``, ``2.5 min``, ``12 min``."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes >= 10 or minutes % 1 < 0.05 else f"{minutes:.1f} min"
+
+
+def degrees(radians: float) -> str:
+    """The size of an angle: ``4°``, with a decimal below two degrees."""
+    size = abs(math.degrees(radians))
+    return f"{size:.1f}°" if size < 2 else f"{size:.0f}°"
+
+
+def course(radians: float) -> str:
+    """A course in three digits: ``005°``."""
+    return f"{round(math.degrees(radians)) % 360:03d}°"
+
+
+def side(angle_rad: float) -> str:
+    """Starboard or port."""
+    return "starboard" if angle_rad > 0 else "port"
+
+
+def where(bearing_rad: float) -> str:
+    """A relative bearing in words: ``ahead``, ``on the port bow``, ``on the starboard quarter``."""
+    size = abs(math.degrees(bearing_rad))
+    if size < 10:
+        return "ahead"
+    if size > 170:
+        return "astern"
+    part = "bow" if size < 67.5 else "beam" if size < 112.5 else "quarter"
+    return f"on the {side(bearing_rad)} {part}"
+
+
+def approach(dcpa_m: float, tcpa_s: float) -> str:
+    """A CPA in words: ``CPA 0.30 NM in 8 min``, or that there is none to come."""
+    if tcpa_s >= CPA_HORIZON_S:
+        return "no CPA within the hour"
+    if tcpa_s <= 0:
+        return "past her CPA"
+    return f"CPA {miles(dcpa_m)} in {lasting(tcpa_s)}"
+
+
+def clock(voyage: Series, k: int) -> str:
+    """The time of a frame: UTC if the source has a clock, else minutes since the start."""
+    start = voyage.start_utc
+    since = float(voyage.time_s[k] - voyage.time_s[0])
+    if start is None:
+        return f"{since / 60:.1f} min"
+    time = start + timedelta(seconds=since)
+    return f"{time:%H:%M:%S}" if voyage.minutes[-1] < 15 else f"{time:%H:%M}"
+
+
+def amount(value: float) -> str:
+    """A priority without its sign, two decimals, three where two would say nothing."""
+    size = abs(value)
+    return f"{size:.2f}" if size >= 0.0095 else f"{size:.3f}"
+
+
+def listed(names: list[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
