@@ -78,7 +78,7 @@ class SubTaskCritic(eqx.Module):
 
 
 def _head(
-    mlp: Mlp, inputs: Float[Array, "*r d"], action: Float[Array, "*r 1"]
+    mlp: Mlp, inputs: Float[Array, "*#r d"], action: Float[Array, "*#r 1"]
 ) -> Float[Array, "*r"]:
     """One head on [inputs, action]; the product of each is formed apart, the action last."""
     first = mlp.weights[0]

@@ -29,7 +29,7 @@ _LENGTHS = tuple(
 def through(lens: Lens, frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
     """The input vector of a waypoint (f = 3) or target (f = 10) history, newest frame first."""
     if lens == "flat":
-        return frames.reshape(*frames.shape[:-2], -1)
+        return _flat(frames)
     now = frames[..., 0, :]
     steps = frames[..., :-1, :] - frames[..., 1:, :]
     turn = steps[..., _BEARING]
@@ -37,13 +37,18 @@ def through(lens: Lens, frames: Float[Array, "*b frames f"]) -> Float[Array, "*b
     angle = jnp.pi * now[..., _BEARING : _BEARING + 1]
     parts = [
         now,
-        _GAIN * steps.reshape(*steps.shape[:-2], -1),
+        _GAIN * _flat(steps),
         jnp.sin(angle),
         jnp.cos(angle),
     ]
     if now.shape[-1] == len(TARGET_FEATURES):
         parts.append(softsign(_NEAR * now[..., _LENGTHS]))
     return jnp.concatenate(parts, axis=-1)
+
+
+def _flat(frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
+    """The last two axes as one; the size is given, not left open, as there may be no ships."""
+    return frames.reshape(*frames.shape[:-2], frames.shape[-2] * frames.shape[-1])
 
 
 def input_size(lens: Lens, row: Literal["waypoint", "target"]) -> int:

@@ -1,0 +1,11 @@
+"""Attention: how the actor shares out its weight among the ships (Eq. 23)."""
+
+from jaxtyping import Array, Float
+
+from glasshelm.networks.actors import Actor, AttentionActor
+from glasshelm.world.observe import Observation
+
+
+def attention_of(actor: Actor, seen: Observation) -> Float[Array, " n"] | None:
+    """α of every slot: sums to 1 over the ships present; ``None`` if the actor has no attention."""
+    return actor.attention(seen) if isinstance(actor, AttentionActor) else None

@@ -1,0 +1,21 @@
+"""Q sub-task by sub-task and ship by ship (Eq. 19), for one rudder or many at once."""
+
+import jax
+from jaxtyping import Array, Float
+
+from glasshelm.networks.critics import SubTaskCritic, Values
+from glasshelm.world.observe import Observation
+
+
+def values_at(critic: SubTaskCritic, seen: Observation, actions: Float[Array, " k"]) -> Values:
+    """Q_wp(s, a) [k] and Q_ca(s_i, a) [k, n] of every action (Eq. 19).
+
+    ``actions`` are fractions of the rudder limit. The part of each head's first
+    layer that does not see the action is computed once for all of them.
+    """
+    return jax.vmap(lambda action: critic(seen, action))(actions)
+
+
+def pick(values: Values, index: int) -> Values:
+    """The values of one of the actions of :func:`values_at`."""
+    return Values(values.waypoint[index], values.by_ship[index])

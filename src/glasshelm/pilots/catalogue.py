@@ -1,0 +1,44 @@
+"""Pilots by name: the bundled weights, weights files, and pilots that need none."""
+
+from pathlib import Path
+
+from glasshelm.errors import InputError
+from glasshelm.pilots.learned import LearnedPilot, read_pilot
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.pilots.types import Pilot
+
+WEIGHTS = Path(__file__).parent.parent / "weights"
+SUFFIX = ".safetensors"
+#: Pilots without weights.
+UNTRAINED = {"straight": StraightPilot}
+
+
+def bundled() -> tuple[str, ...]:
+    """Names of the learned pilots that ship inside the package."""
+    return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
+
+
+def pilot_named(name: str | Path) -> Pilot:
+    """Any pilot: a bundled name, ``straight``, or the path of a .safetensors file.
+
+    InputError lists the names that there are; CheckpointError tells what is
+    wrong with a weights file.
+    """
+    if str(name) in UNTRAINED:
+        return UNTRAINED[str(name)]()
+    return _learned(name, (*bundled(), *UNTRAINED))
+
+
+def load(name: str | Path) -> LearnedPilot:
+    """A learned pilot: a bundled name or the path of a .safetensors file. Errors as above."""
+    return _learned(name, bundled())
+
+
+def _learned(name: str | Path, known: tuple[str, ...]) -> LearnedPilot:
+    text = str(name)
+    if text.endswith(SUFFIX):
+        return read_pilot(Path(text), Path(text).stem)
+    if text not in bundled():
+        choices = ", ".join((*known, f"a path ending in {SUFFIX}"))
+        raise InputError(f"unknown pilot {text!r}: choose one of {choices}")
+    return read_pilot(WEIGHTS / f"{text}{SUFFIX}", text)

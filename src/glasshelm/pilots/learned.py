@@ -1,0 +1,86 @@
+"""The learned pilot: an actor that steers and a critic that says why."""
+
+from pathlib import Path
+
+import equinox as eqx
+import jax
+from jaxtyping import Array, Float
+
+from glasshelm.errors import InputError
+from glasshelm.explain.explain import Explanation, cut, explain
+from glasshelm.explain.slots import padded, slots_for
+from glasshelm.learning.checkpoint import CheckpointError, file_sha256, load_tree, read_header
+from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.pilots.rebuild import rebuild
+from glasshelm.pilots.types import Memory
+from glasshelm.world.observe import Observation
+from glasshelm.world.outside import Trained, check_numbers
+
+
+class Decided(eqx.Module):
+    """A decision and its reasons. ``action`` is the rudder as a fraction of the limit."""
+
+    action: Float[Array, ""]
+    rudder_rad: Float[Array, ""]
+    explanation: Explanation
+
+
+class LearnedPilot(eqx.Module):
+    """Steers with a trained actor; ``critic`` may be absent, and then so are values.
+
+    ``trained`` is what the pilot was trained on; the rudder limit of its ship
+    turns the actor's fraction into an angle. ``weights_sha256`` names the file
+    that the weights came from, if they came from one.
+    """
+
+    actor: Actor
+    critic: SubTaskCritic | None
+    trained: Trained = eqx.field(static=True)
+    name: str = eqx.field(static=True)
+    weights_sha256: str | None = eqx.field(static=True, default=None)
+
+    def start(self) -> Memory:
+        return ()
+
+    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+        return self.actor(seen), memory
+
+    def decide(self, seen: Observation) -> Decided:
+        """The rudder for one observation, and why (Eq. 19, 22-24).
+
+        Any number of ships: programs are compiled for 0, 1, 2, 4, 8, … slots.
+        InputError names the waypoint or the ship of whom something is seen that
+        is not a finite number.
+        """
+        check_numbers(seen)
+        slots = seen.present.shape[-1]
+        decided = _decide(self, padded(seen, slots_for(slots)))
+        return Decided(decided.action, decided.rudder_rad, _cut(decided.explanation, slots))
+
+
+def decide(pilot: LearnedPilot, seen: Observation) -> Decided:
+    """:meth:`LearnedPilot.decide` without its checks and its padding: pure and traceable."""
+    action = pilot.actor(seen)
+    rudder = action * pilot.trained.ship.rudder_limit_rad
+    return Decided(action, rudder, explain(pilot.actor, pilot.critic, seen, action))
+
+
+_decide = eqx.filter_jit(decide)
+_cut = jax.jit(cut, static_argnums=1)
+
+
+def read_pilot(path: Path, name: str) -> LearnedPilot:
+    """The pilot of a weights file, called ``name``.
+
+    CheckpointError, in one line, if the file is missing, damaged, truncated,
+    not ours, or holds the weights of another architecture.
+    """
+    try:
+        like, trained = rebuild(read_header(path))
+    except CheckpointError:
+        raise
+    except InputError as error:
+        raise CheckpointError(f"{path}: weights of another architecture: {error}") from None
+    networks = load_tree(path, like)
+    return LearnedPilot(networks.actor, networks.critic, trained, name, file_sha256(path))

@@ -1,0 +1,45 @@
+"""Pilots with random weights, for tests of what must hold whatever the weights are."""
+
+import functools
+
+import jax
+
+from glasshelm.encounters.random import RandomEncounters, random_encounter
+from glasshelm.networks.actors import ActorSizes, make_actor
+from glasshelm.networks.critics import CriticSizes, SubTaskCritic
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.ships import SHIPS
+from glasshelm.world.observe import Observation
+from glasshelm.world.outside import Trained
+from glasshelm.world.step import begin, step
+
+ACTOR = ActorSizes(encoder=(16, 16), head=(16,), attention=(8,))
+CRITIC = CriticSizes(hidden=(16, 16))
+SHIP = SHIPS["paper"]
+
+
+def untrained(kind: str = "attention", critic: bool = True, seed: int = 0) -> LearnedPilot:
+    actor_key, critic_key = jax.random.split(jax.random.key(seed))
+    return LearnedPilot(
+        make_actor(kind, ACTOR, actor_key),
+        SubTaskCritic(CRITIC, critic_key) if critic else None,
+        Trained(SHIP),
+        f"untrained-{kind}",
+    )
+
+
+@jax.jit
+def _after_three_steps(key: jax.Array) -> Observation:
+    settings = RandomEncounters(targets=(40, 40))
+    encounter = random_encounter(key, SHIP, settings)
+    state = begin(encounter, SHIP)
+    for rudder in (0.05, 0.02, -0.04):
+        state = step(encounter, state, jax.numpy.asarray(rudder), SHIP).state
+    return state.observation
+
+
+@functools.cache
+def observation(ships: int, seed: int = 0) -> Observation:
+    """What own ship sees of so many ships (at most 40) three steps into a random encounter."""
+    seen = _after_three_steps(jax.random.key(seed))
+    return Observation(seen.waypoint, seen.targets[:ships], seen.present[:ships])
