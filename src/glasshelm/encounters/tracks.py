@@ -23,11 +23,11 @@ class Row:
 
     @staticmethod
     def of(
-        start_s: Sequence[float] | np.ndarray,
-        east_m: Sequence[float] | np.ndarray,
-        north_m: Sequence[float] | np.ndarray,
-        course_rad: Sequence[float] | np.ndarray,
-        speed_m_s: Sequence[float] | np.ndarray,
+        start_s: Sequence[float | int] | np.ndarray,
+        east_m: Sequence[float | int] | np.ndarray,
+        north_m: Sequence[float | int] | np.ndarray,
+        course_rad: Sequence[float | int] | np.ndarray,
+        speed_m_s: Sequence[float | int] | np.ndarray,
         lasts_s: float = np.inf,
     ) -> "Row":
         """A row whose legs each end ``lasts_s`` after they begin."""
