@@ -133,7 +133,7 @@ def two_hues(name: str, low: str, high: str) -> Colormap:
 
 def nice_minutes(span_min: float, parts: int = 10) -> float:
     """A round interval that cuts a span into ``parts`` at most."""
-    for step in (0.5, 1, 2, 5, 10, 20, 30, 60, 120, 240):
+    for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 240.0):
         if span_min / step <= parts:
             return step
     return 480.0

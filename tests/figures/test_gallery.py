@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.colors import rgb_to_hsv, to_rgb
+from tests.voyages import learned, plain, voyage
+
+from glasshelm.figures import coloured, trajectories
+from glasshelm.figures.gallery import PLATES, reason
+from glasshelm.figures.priorities import at_instants, over_time, signed
+from glasshelm.figures.series import series
+from glasshelm.figures.style import as_svg, save
+
+LEARNED, PLAIN = series(learned()), series(plain())
+
+
+def drawn(frames):
+    return {plate.stem for plate in PLATES if plate.draw(frames) is not None}
+
+
+def test_an_attention_pilot_gets_every_figure():
+    assert drawn(LEARNED) == {plate.stem for plate in PLATES}
+
+
+def test_a_pilot_without_reasons_gets_tracks_and_motion_and_the_reason_why():
+    assert drawn(PLAIN) == {"07_tracks", "08_relative", "motion"}
+    for plate in PLATES:
+        if plate.draw(PLAIN) is None:
+            assert reason(plate, PLAIN).endswith(".")
+            assert "not drawn" in reason(plate, PLAIN)
+
+
+def test_an_empty_sea_still_has_tracks_and_motion():
+    empty = series(voyage([0.0] * 30))
+    assert drawn(empty) == {"07_tracks", "motion"}
+    relative = next(p for p in PLATES if p.stem == "08_relative")
+    assert "no other ship" in reason(relative, empty)
+
+
+def lines_of(figure, index=0):
+    return figure.axes[index].get_lines()
+
+
+def test_tracks_are_where_the_ships_were_in_miles():
+    lines = lines_of(trajectories.absolute(LEARNED))
+    for ship in LEARNED.ships:
+        track = np.stack([ship.east_m, ship.north_m], -1) / 1852
+        assert any(
+            line.get_xydata().shape == track.shape and np.allclose(line.get_xydata(), track)
+            for line in lines
+        )
+
+
+def test_own_markers_are_open_and_others_filled():
+    lines = lines_of(trajectories.absolute(LEARNED))
+    markers = [line for line in lines if line.get_linestyle() == "None"]
+    own = [m for m in markers if m.get_marker() == "o"]
+    assert own
+    assert all(m.get_markerfacecolor() == "white" for m in own)
+    others = [m for m in markers if m.get_marker() in "s^Dv"]
+    assert len(others) == 2
+    assert all(m.get_markerfacecolor() == m.get_color() != "white" for m in others)
+    assert len({m.get_marker() for m in others}) == 2
+
+
+def brightness(cmap, value):
+    return rgb_to_hsv(to_rgb(cmap(value)))[2]
+
+
+@pytest.mark.parametrize("cmap", [coloured.DANGER, coloured.ATTENTION])
+def test_more_is_darker(cmap):
+    shades = [brightness(cmap, v) for v in np.linspace(0, 1, 20)]
+    assert np.all(np.diff(shades) < 0)
+
+
+def test_danger_is_how_much_lower_than_far_off():
+    figure = coloured.danger(LEARNED)
+    assert figure is not None
+    parts = [c for c in figure.axes[0].collections if isinstance(c, LineCollection)]
+    values = np.concatenate([c.get_array() for c in parts])
+    assert set(np.round(values, 6)) == {0.5, 0.1, 0.0}
+
+
+def test_intention_has_a_scale_with_zero_in_the_middle():
+    figure = coloured.intention(LEARNED)
+    assert figure is not None
+    part = next(c for c in figure.axes[0].collections if isinstance(c, LineCollection))
+    assert part.norm.vmin == -part.norm.vmax
+
+
+def test_bars_of_an_instant_are_the_priorities_there():
+    figure = at_instants(LEARNED, [100.0])
+    assert figure is not None
+    widths = [patch.get_width() for patch in figure.axes[1].patches]
+    np.testing.assert_allclose(widths, [-0.03, 0.08, 0.01, 0.09])
+
+
+def test_priorities_over_time_are_those_of_the_frames():
+    figure = over_time(LEARNED)
+    assert figure is not None
+    by_label = {line.get_label(): line for ax in figure.axes for line in ax.get_lines()}
+    np.testing.assert_allclose(by_label["waypoint"].get_ydata(), LEARNED.priority_waypoint)
+    np.testing.assert_allclose(by_label["all ships"].get_ydata(), LEARNED.priority_collision)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0123, "+0.012"), (-0.5, "−0.500"), (-0.0001, "0.000")]
+)
+def test_signs(value, text):
+    assert signed(value) == text
+
+
+def test_the_same_frames_give_the_same_files(tmp_path):
+    one = save(trajectories.absolute(PLAIN), tmp_path / "a" / "tracks")
+    two = save(trajectories.absolute(PLAIN), tmp_path / "b" / "tracks")
+    assert [p.suffix for p in one] == [".pdf", ".png"]
+    assert [p.read_bytes() for p in one] == [p.read_bytes() for p in two]
+    assert as_svg(trajectories.absolute(PLAIN)) == as_svg(trajectories.absolute(PLAIN))
