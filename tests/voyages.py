@@ -150,4 +150,4 @@ def learned() -> list[f.Frame]:
 
 def plain() -> list[f.Frame]:
     """The same waters with a pilot that gives no reasons."""
-    return voyage([0.0] * 120, [Other("Aurora", 3000.0, 3000.0, 270.0)])
+    return voyage([0.0] * 120, [Other("Aurora", 3000.0, 600.0, 270.0)])
