@@ -16,38 +16,60 @@ exact, dearer, and chaotic over long voyages (docs/algorithms/fast.md).
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, PRNGKeyArray
+import optax
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.random import WIDE, RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter
+from glasshelm.geometry import Vector, direction, wrap_angle
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.fleet import Packed
-from glasshelm.ships import ShipParams
+from glasshelm.ships import ShipParams, ShipState, advance
 from glasshelm.world.observe import Observation, waypoint_bearing_rad
 from glasshelm.world.rewards import course_reward
-from glasshelm.world.step import WorldSettings, WorldState, begin, step
+from glasshelm.world.step import (
+    WorldSettings,
+    WorldState,
+    begin,
+    margins,
+    step,
+    targets_at,
+    waypoint_of,
+)
 
 
 @dataclasses.dataclass(frozen=True)
 class AnalyticSettings:
-    """One iteration: which encounters, how long, what is good."""
+    """Which encounters, how long, what is good, and how fast to learn."""
 
     #: Worlds with 0, 1, 2, ... ships in every batch.
     worlds_by_count: tuple[int, ...] = (4, 10, 16, 20, 24, 26, 28)
     encounters: RandomEncounters = WIDE
-    decisions: int = 120
+    decisions: int = 160
     #: A command is held for this many steps while training.
     hold: int = 3
     #: Weight, margin and softness of the penalty on Eq. 13 unclipped.
-    danger_weight: float = 3.0
-    danger_margin: float = 0.08
+    danger_weight: float = 5.0
+    danger_margin: float = 0.15
     danger_softness: float = 0.04
     #: Cost of the rudder's square and of its change, as fractions of the limit.
     rudder_cost: float = 0.002
     swing_cost: float = 0.01
+    #: An encounter that ended in an intrusion is sailed again, at most so often.
+    retries: int = 3
+    #: A voyage's adjoint a is scaled to a / (norm(a) + this): one hopeless
+    #: encounter must not outweigh a hundred others.
+    adjoint_scale: float = 100.0
+    #: Differentiate through what the actor sees as well.
     feedback: bool = False
+    iterations: int = 3000
+    learning_rate: float = 1e-3
+    gradient_norm: float = 1.0
+    #: The pilot that is kept is the moving average of the actor at this rate.
+    average_rate: float = 0.02
 
     @property
     def worlds(self) -> int:
@@ -82,22 +104,28 @@ def smooth_reward(
     return course_reward(bearing_rad) - settings.danger_weight * depth.sum()
 
 
+class _Held(eqx.Module):
+    reward: Float[Array, "*b"]
+    worst: Float[Array, "*b"]  # largest margin (Eq. 13 unclipped)
+
+
 def _hold(
     encounter: Encounter,
     state: WorldState,
     action: Float[Array, ""],
     ship: ShipParams,
     settings: AnalyticSettings,
-) -> tuple[WorldState, Float[Array, ""]]:
-    """The state after holding one command, and the smooth reward on the way."""
+) -> tuple[WorldState, _Held]:
+    """The state after holding one command, and what happened on the way."""
 
     def once(state: WorldState, _: None):
         out = step(encounter, state, action * ship.rudder_limit_rad, ship, WorldSettings())
         bearing = waypoint_bearing_rad(out.state.observation.waypoint[0])
-        return out.state, smooth_reward(bearing, out.margin, settings)
+        reward = smooth_reward(bearing, out.margin, settings)
+        return out.state, _Held(reward, jnp.max(out.margin, initial=-jnp.inf))
 
-    state, rewards = jax.lax.scan(once, state, None, length=settings.hold)
-    return state, rewards.sum()
+    state, held = jax.lax.scan(once, state, None, length=settings.hold)
+    return state, _Held(held.reward.sum(), held.worst.max())
 
 
 def _rudder_cost(actions: Float[Array, "*b t"], settings: AnalyticSettings) -> Float[Array, "*b"]:
@@ -113,78 +141,163 @@ def voyage_return(
     ship: ShipParams,
     settings: AnalyticSettings,
 ) -> Float[Array, ""]:
-    """Smooth return of one encounter under a fixed sequence of commands (open loop)."""
+    """Smooth return of one encounter under a fixed sequence of commands (open loop).
 
-    def go(state: WorldState, action: Float[Array, ""]):
-        return _hold(encounter, state, action, ship, settings)
+    The same sum as :func:`sail`'s, but of the ship and the targets alone: what
+    she would see on the way is not needed, and is most of the work.
+    """
+    step_s = WorldSettings().step_s
+    waypoint = waypoint_of(encounter, jnp.zeros((), jnp.int32))
 
-    _, rewards = jax.lax.scan(go, begin(encounter, ship), actions)
+    def go(carry: tuple[ShipState, Float[Array, ""]], action: Float[Array, ""]):
+        own, time = carry
+        own = advance(own, action * ship.rudder_limit_rad, ship, step_s)
+        time = time + step_s
+        to_waypoint = Vector(waypoint.x - own.east_m, waypoint.y - own.north_m)
+        bearing = wrap_angle(direction(to_waypoint) - own.heading_rad)
+        margin = margins(own, targets_at(encounter, time), ship)
+        return (own, time), smooth_reward(bearing, margin, settings)
+
+    commands = jnp.repeat(actions, settings.hold)
+    _, rewards = jax.lax.scan(go, (encounter.own, jnp.zeros(())), commands)
     return rewards.sum() - _rudder_cost(actions, settings)
+
+
+class Voyages(eqx.Module):
+    """A batch of voyages: smooth return, and the deepest margin (Eq. 13 unclipped) of each."""
+
+    returns: Float[Array, " w"]
+    worst: Float[Array, " w"]
+
+    @property
+    def intruded(self) -> Bool[Array, " w"]:
+        return self.worst > 0
 
 
 def sail(
     actor: Actor, batch: Encounter, ship: ShipParams, settings: AnalyticSettings
-) -> tuple[Observation, Float[Array, "w t"], Float[Array, " w"]]:
-    """Sail a batch under the actor: what it saw, what it did [w, t], the smooth returns."""
+) -> tuple[Observation, Float[Array, "w t"], Voyages]:
+    """Sail a batch under the actor: what it saw [t, w], what it did [w, t], how it went."""
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
     def go(state: WorldState, _: None):
         action = actor(state.observation, fleet)
-        after, reward = jax.vmap(lambda e, s, a: _hold(e, s, a, ship, settings))(
-            batch, state, action
-        )
-        return after, (state.observation, action, reward)
+        after, held = jax.vmap(lambda e, s, a: _hold(e, s, a, ship, settings))(batch, state, action)
+        return after, (state.observation, action, held)
 
     start = jax.vmap(lambda e: begin(e, ship))(batch)
-    _, (seen, actions, rewards) = jax.lax.scan(go, start, None, length=settings.decisions)
+    _, (seen, actions, held) = jax.lax.scan(go, start, None, length=settings.decisions)
     actions = actions.T
-    return seen, actions, rewards.sum(0) - _rudder_cost(actions, settings)
+    returns = held.reward.sum(0) - _rudder_cost(actions, settings)
+    return seen, actions, Voyages(returns, held.worst.max(0))
 
 
 def policy_gradient(
     actor: Actor, batch: Encounter, ship: ShipParams, settings: AnalyticSettings
-) -> tuple[Actor, Float[Array, ""]]:
-    """Gradient of the *negative* mean smooth return over the actor, and that return."""
+) -> tuple[Actor, Voyages]:
+    """Gradient of the *negative* mean smooth return over the actor, and the voyages sailed."""
     if settings.feedback:
         return _exact_gradient(actor, batch, ship, settings)
-    seen, actions, returns = sail(actor, batch, ship, settings)
+    seen, actions, voyages = sail(actor, batch, ship, settings)
     adjoint = jax.vmap(jax.grad(lambda a, e: voyage_return(e, a, ship, settings)))(actions, batch)
-    adjoint = jax.lax.stop_gradient(adjoint / settings.worlds).T  # [t, w], as `seen` is
+    length = jnp.linalg.norm(adjoint, axis=-1, keepdims=True)
+    adjoint = (adjoint / (length + settings.adjoint_scale)).T  # [t, w], as `seen` is
 
-    def pull(actor: Actor) -> Float[Array, ""]:
-        flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), seen)
-        fleet = Packed(
-            flat.present,
-            settings.ships * settings.decisions,
-            settings.pairs * settings.decisions,
-        )
-        return -jnp.sum(adjoint.reshape(-1) * actor(flat, fleet))
+    fleet = Packed(batch.present, settings.ships, settings.pairs)
 
-    return jax.grad(pull)(actor), returns.mean()
+    def pull(actor: Actor, weight: Float[Array, " w"], now: Observation) -> Float[Array, ""]:
+        return -jnp.mean(weight * actor(now, fleet)) / settings.decisions
+
+    def add(gradient: Actor, decision: tuple[Float[Array, " w"], Observation]):
+        return jax.tree.map(jnp.add, gradient, jax.grad(pull)(actor, *decision)), None
+
+    # Decision by decision: the activations of one fit the cache, those of all do not.
+    nothing = jax.tree.map(jnp.zeros_like, actor)
+    gradient, _ = jax.lax.scan(add, nothing, (adjoint, seen))
+    return gradient, voyages
 
 
 def _exact_gradient(
     actor: Actor, batch: Encounter, ship: ShipParams, settings: AnalyticSettings
-) -> tuple[Actor, Float[Array, ""]]:
+) -> tuple[Actor, Voyages]:
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
-    def loss(actor: Actor) -> Float[Array, ""]:
+    def loss(actor: Actor) -> tuple[Float[Array, ""], Voyages]:
         @jax.checkpoint
-        def go(carry: tuple[WorldState, Float[Array, " w"]], _: None):
-            state, before = carry
+        def go(state: WorldState, _: None):
             action = actor(state.observation, fleet)
-            after, reward = jax.vmap(lambda e, s, a: _hold(e, s, a, ship, settings))(
+            after, held = jax.vmap(lambda e, s, a: _hold(e, s, a, ship, settings))(
                 batch, state, action
             )
-            cost = settings.hold * (
-                settings.rudder_cost * action**2 + settings.swing_cost * (action - before) ** 2
-            )
-            return (after, action), reward - cost
+            return after, (action, held)
 
         start = jax.vmap(lambda e: begin(e, ship))(batch)
-        first = jax.lax.stop_gradient(actor(start.observation, fleet))
-        _, rewards = jax.lax.scan(go, (start, first), None, length=settings.decisions)
-        return -rewards.sum(0).mean()
+        _, (actions, held) = jax.lax.scan(go, start, None, length=settings.decisions)
+        returns = held.reward.sum(0) - _rudder_cost(actions.T, settings)
+        return -returns.mean(), Voyages(returns, held.worst.max(0))
 
-    value, gradient = jax.value_and_grad(loss)(actor)
-    return gradient, -value
+    return jax.grad(loss, has_aux=True)(actor)
+
+
+class AnalyticState(eqx.Module):
+    """Everything that an iteration starts from; ``average`` is the pilot that is kept."""
+
+    actor: Actor
+    average: Actor
+    optimiser: optax.OptState
+    batch: Encounter
+    tries: Int[Array, " w"]
+    iteration: Int[Array, ""]
+
+
+def start_training(
+    actor: Actor, key: PRNGKeyArray, ship: ShipParams, settings: AnalyticSettings
+) -> AnalyticState:
+    """The state before the first iteration."""
+    return AnalyticState(
+        actor,
+        actor,
+        _optimiser(settings).init(eqx.filter(actor, eqx.is_array)),
+        draw_batch(key, ship, settings),
+        jnp.zeros(settings.worlds, jnp.int32),
+        jnp.zeros((), jnp.int32),
+    )
+
+
+def iterate(
+    state: AnalyticState, key: PRNGKeyArray, ship: ShipParams, settings: AnalyticSettings
+) -> tuple[AnalyticState, Voyages]:
+    """One iteration: sail, step the actor, draw the next encounters.
+
+    Encounters that ended in an intrusion stay in the batch for the next
+    iterations (at most ``retries``), in the slot for their number of ships: the
+    batch dwells on what is still hard.
+    """
+    gradient, voyages = policy_gradient(state.actor, state.batch, ship, settings)
+    updates, optimiser = _optimiser(settings).update(gradient, state.optimiser)
+    actor = eqx.apply_updates(state.actor, updates)
+    warm = 1.0 / (1.0 + state.iteration)  # the first iterations are averaged evenly
+    rate = jnp.maximum(settings.average_rate, warm)
+    average = jax.tree.map(
+        lambda a, b: a + rate * (b - a) if eqx.is_array(a) else a, state.average, actor
+    )
+    again = voyages.intruded & (state.tries < settings.retries)
+    fresh = draw_batch(key, ship, settings)
+    batch = jax.tree.map(
+        lambda old, new: jnp.where(again.reshape(-1, *(1,) * (new.ndim - 1)), old, new),
+        state.batch,
+        fresh,
+    )
+    tries = jnp.where(again, state.tries + 1, 0)
+    return AnalyticState(actor, average, optimiser, batch, tries, state.iteration + 1), voyages
+
+
+def _optimiser(settings: AnalyticSettings) -> optax.GradientTransformation:
+    schedule = optax.warmup_cosine_decay_schedule(
+        0.1 * settings.learning_rate,
+        settings.learning_rate,
+        min(50, settings.iterations // 10 + 1),
+        settings.iterations,
+        0.02 * settings.learning_rate,
+    )
+    return optax.chain(optax.clip_by_global_norm(settings.gradient_norm), optax.adam(schedule))

@@ -14,8 +14,6 @@ product is spent on nobody. Networks are written once against these verbs:
 * ``slots(y)``     rows → slots, zero where nobody is
 """
 
-from functools import partial
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -70,33 +68,85 @@ def _pack(mask: Bool[Array, "w n"], capacity: int) -> _Packing:
     return _Packing(flat, flat // slots, jnp.clip(order, 0, capacity - 1), here)
 
 
-@partial(jax.custom_vjp)
-def _gather_sum(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
+def _row_sum(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
     return jnp.sum(jnp.where(p.here[..., None], y[p.place], 0.0), axis=1)
 
 
-def _gather_sum_fwd(y, p):
-    return _gather_sum(y, p), (p, y.shape[0])
+def _pair_slots(y: Float[Array, "p d"], pairs: _Packing) -> Float[Array, "w n n d"]:
+    worlds, square = pairs.here.shape
+    slots = round(square**0.5)
+    padded = jnp.where(pairs.here[..., None], y[pairs.place], 0.0)
+    return padded.reshape(worlds, slots, slots, -1)
 
 
-def _gather_sum_bwd(res, g):
-    p, rows = res
-    used = (jnp.arange(rows) < p.here.sum())[:, None]
+# The transpose of a gather is a scatter, which is slow. Every gather here has a
+# gather for a transpose, because both directions are known from the packing.
+
+
+@jax.custom_vjp
+def _collect(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
+    return _row_sum(y, p)
+
+
+def _collect_bwd(p: _Packing, g: Float[Array, "w d"]) -> tuple[Float[Array, "r d"], None]:
+    used = (jnp.arange(p.group.shape[0]) < p.here.sum())[:, None]
     return jnp.where(used, g[p.group], 0.0), None
 
 
-_gather_sum.defvjp(_gather_sum_fwd, _gather_sum_bwd)
+_collect.defvjp(lambda y, p: (_row_sum(y, p), p), _collect_bwd)
 
 
-@partial(jax.custom_vjp)
-def _gather_spread(a: Float[Array, "w d"], p: _Packing) -> Float[Array, "r d"]:
+@jax.custom_vjp
+def _spread(a: Float[Array, "w d"], p: _Packing) -> Float[Array, "r d"]:
     return a[p.group]
 
 
-_gather_spread.defvjp(
-    lambda a, p: (_gather_spread(a, p), p),
-    lambda p, g: (_gather_sum(g, p), None),
-)
+_spread.defvjp(lambda a, p: (a[p.group], p), lambda p, g: (_row_sum(g, p), None))
+
+
+@jax.custom_vjp
+def _pair_up(
+    u: Float[Array, "r d"], v: Float[Array, "r d"], ships: _Packing, pairs: _Packing
+) -> Float[Array, "p d"]:
+    i, j = _pair_rows(ships, pairs)
+    return u[i] + v[j]
+
+
+def _pair_up_bwd(res: tuple[_Packing, _Packing], g: Float[Array, "p d"]):
+    ships, pairs = res
+    square = _pair_slots(g, pairs)
+
+    def to_rows(slots: Float[Array, "w n d"]) -> Float[Array, "r d"]:
+        rows = slots.reshape(-1, slots.shape[-1])[ships.flat]
+        used = (jnp.arange(rows.shape[0]) < ships.here.sum())[:, None]
+        return jnp.where(used, rows, 0.0)
+
+    return to_rows(square.sum(2)), to_rows(square.sum(1)), None, None
+
+
+_pair_up.defvjp(lambda u, v, s, p: (_pair_up(u, v, s, p), (s, p)), _pair_up_bwd)
+
+
+@jax.custom_vjp
+def _pair_collect(y: Float[Array, "p d"], ships: _Packing, pairs: _Packing) -> Float[Array, "r d"]:
+    slots = _pair_slots(y, pairs).sum(2)
+    return slots.reshape(-1, slots.shape[-1])[ships.flat]
+
+
+def _pair_collect_bwd(res: tuple[_Packing, _Packing], g: Float[Array, "r d"]):
+    ships, pairs = res
+    i, _ = _pair_rows(ships, pairs)
+    used = (jnp.arange(i.shape[0]) < pairs.here.sum())[:, None]
+    return jnp.where(used, g[i], 0.0), None, None
+
+
+_pair_collect.defvjp(lambda y, s, p: (_pair_collect(y, s, p), (s, p)), _pair_collect_bwd)
+
+
+def _pair_rows(ships: _Packing, pairs: _Packing) -> tuple[Int[Array, " p"], Int[Array, " p"]]:
+    slots = ships.here.shape[1]
+    pair = pairs.flat % (slots * slots)
+    return ships.place[pairs.group, pair // slots], ships.place[pairs.group, pair % slots]
 
 
 class Packed(eqx.Module):
@@ -138,24 +188,20 @@ class Packed(eqx.Module):
         return x.reshape(-1, *x.shape[2:])[self._ships.flat]
 
     def spread(self, a: Float[Array, "w d"]) -> Float[Array, "r d"]:
-        return _gather_spread(a, self._ships)
+        return _spread(a, self._ships)
 
     def collect(self, y: Float[Array, "r d"]) -> Float[Array, "w d"]:
-        return _gather_sum(y, self._ships)
+        return _collect(y, self._ships)
 
     def softmax(self, y: Float[Array, " r"]) -> Float[Array, " r"]:
         alpha = _masked_softmax(self._to_slots(y), self._ships.here)
         return alpha.reshape(-1)[self._ships.flat]
 
     def pairs(self, u: Float[Array, "r d"], v: Float[Array, "r d"]) -> Float[Array, "p d"]:
-        i, j = self._pair_rows()
-        return u[i] + v[j]
+        return _pair_up(u, v, self._ships, self._paired)
 
     def collect_pairs(self, y: Float[Array, " p"]) -> Float[Array, " r"]:
-        assert self._pairs is not None, "give pair_capacity to use pairs"
-        worlds, slots = self.present.shape
-        padded = jnp.where(self._pairs.here, y[self._pairs.place], 0.0)
-        return padded.reshape(worlds, slots, slots).sum(-1).reshape(-1)[self._ships.flat]
+        return _pair_collect(y[:, None], self._ships, self._paired)[:, 0]
 
     def slots(self, y: Float[Array, " r"]) -> Float[Array, "w n"]:
         return self._to_slots(y)
@@ -163,12 +209,10 @@ class Packed(eqx.Module):
     def _to_slots(self, y: Float[Array, " r"]) -> Float[Array, "w n"]:
         return jnp.where(self._ships.here, y[self._ships.place], 0.0)
 
-    def _pair_rows(self) -> tuple[Int[Array, " p"], Int[Array, " p"]]:
+    @property
+    def _paired(self) -> _Packing:
         assert self._pairs is not None, "give pair_capacity to use pairs"
-        slots = self.present.shape[1]
-        pair = self._pairs.flat % (slots * slots)
-        place = self._ships.place
-        return place[self._pairs.group, pair // slots], place[self._pairs.group, pair % slots]
+        return self._pairs
 
 
 Fleet = Padded | Packed

@@ -128,15 +128,19 @@ def observe_step(
     reward = step_reward(
         bearing, jnp.where(changed_leg, bearing, before), after.danger, state.danger
     )
-    body = _body(own, motion)
     return Outcome(
         after,
         reward,
         terminated=reached & last,
         truncated=(count >= settings.episode_steps) & ~(reached & last),
-        margin=danger_unclipped(body, ship.loa_m),
-        range_m=norm(body),
+        margin=margins(own, motion, ship),
+        range_m=norm(_body(own, motion)),
     )
+
+
+def margins(own: ShipState, motion: Motion, ship: ShipParams) -> Float[Array, " n"]:
+    """Eq. 13 without the clip for every target; far below zero where nobody is."""
+    return danger_unclipped(_body(own, motion), ship.loa_m)
 
 
 def _body(own: ShipState, motion: Motion) -> Vector:
