@@ -65,8 +65,11 @@ def _impossible(r: Reports) -> np.ndarray:
 
 
 def _no_ship(mmsi: np.ndarray) -> np.ndarray:
-    """MMSIs 00..., 99... (nine digits): coast stations, aids to navigation. 0 is own sensors."""
-    return ((mmsi > 0) & (mmsi < 10_000_000)) | ((mmsi >= 990_000_000) & (mmsi < 10**9))
+    """Coast stations (00MIDxxxx, MID 200-799) and aids to navigation (99...).
+
+    Smaller numbers pass: anonymised data count their ships from 1, and 0 is own sensors.
+    """
+    return ((mmsi >= 2_000_000) & (mmsi < 8_000_000)) | ((mmsi >= 990_000_000) & (mmsi < 10**9))
 
 
 def _coded(r: Reports, notes: list[str]) -> Reports:
@@ -122,7 +125,7 @@ def _jumped(r: Reports) -> np.ndarray:
     rows = np.arange(len(r))
     suspect = (np.diff(r.mmsi) == 0) & ~_reachable(r, rows[:-1], rows[1:])
     for ship in np.unique(r.mmsi[1:][suspect]):
-        first, last = np.searchsorted(r.mmsi, [ship, ship + 1])
+        first, last = np.searchsorted(r.mmsi, [ship, ship + 1]).tolist()
         jumped[first:last] = _jumps_of_ship(r, first, last)
     return jumped
 

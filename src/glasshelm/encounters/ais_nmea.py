@@ -95,15 +95,8 @@ def _time_of(tag: str | None) -> float | None:
 
 def _row(time_s: float, message) -> tuple[float, ...]:
     """A report in the order of :class:`Reports`; "not available" is left to the cleaning."""
-    return (
-        time_s,
-        message.mmsi,
-        message.lat,
-        message.lon,
-        message.speed,
-        message.course,
-        message.heading,
-    )
+    fields = (message.mmsi, message.lat, message.lon, message.speed, message.course)
+    return (time_s, *map(float, fields), float(message.heading))
 
 
 def _note_particulars(ships: dict[int, Particulars], message) -> None:

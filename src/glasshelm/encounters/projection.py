@@ -11,6 +11,7 @@ from jaxtyping import Float64
 Degrees = Float64[np.ndarray, "*n"]
 Metres = Float64[np.ndarray, "*n"]
 
+_E2 = 0.00669438  # eccentricity of WGS84, squared
 _STEP_DEG = 1e-5  # about a metre: the finite difference that turns a course into the plane
 
 
@@ -43,8 +44,11 @@ class Plane:
         The meridians converge: 20 km east of an origin at 60° N the plane's
         north is 0.3° off true north.
         """
+        latitude = np.radians(latitude_deg)
+        # A degree of longitude over one of latitude, in metres, on the ellipsoid.
+        ratio = np.cos(latitude) * (1 - _E2 * np.sin(latitude) ** 2) / (1 - _E2)
         step_north = _STEP_DEG * np.cos(true_course_rad)
-        step_east = _STEP_DEG * np.sin(true_course_rad) / np.cos(np.radians(latitude_deg))
+        step_east = _STEP_DEG * np.sin(true_course_rad) / ratio
         east, north = self.to_plane(latitude_deg, longitude_deg)
         east_2, north_2 = self.to_plane(latitude_deg + step_north, longitude_deg + step_east)
         return np.arctan2(east_2 - east, north_2 - north)

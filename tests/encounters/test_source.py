@@ -1,0 +1,83 @@
+import json
+
+import jax.numpy as jnp
+import pytest
+
+from glasshelm.encounters.random import random_scenario
+from glasshelm.encounters.source import BUNDLED, scenario_from
+from glasshelm.encounters.types import motion_at
+from glasshelm.errors import InputError
+from glasshelm.ships import SHIPS
+
+SHIP = SHIPS["large_ship"]
+
+
+@pytest.mark.parametrize("ships", [0, 40])
+def test_random_with_exactly_so_many_ships(ships):
+    s = scenario_from(f"random:7:{ships}", SHIP)
+    assert s.source == f"random:7:{ships}"
+    assert s.encounter.present.shape == (ships,)
+    assert bool(jnp.all(motion_at(s.encounter.targets, jnp.zeros(())).present))
+    assert len(s.targets) == ships
+
+
+def test_random_by_seed_and_imazu():
+    once, again = scenario_from("random:7", SHIP), random_scenario(7, SHIP)
+    assert once.source == again.source == "random:7"
+    assert bool(jnp.all(once.encounter.targets.east_m == again.encounter.targets.east_m))
+    assert scenario_from(" imazu:12b ", SHIP).title == "Imazu case 12b: 3 ships"
+    assert scenario_from("imazu:1", SHIP).ship is SHIP
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_bundled_recordings(name):
+    s = scenario_from(name, SHIP)
+    assert s.source == name
+    assert len(s.targets) > 90
+    assert s.own_track is not None
+
+
+def test_another_own_ship_of_a_bundled_recording():
+    assert scenario_from("new-york", SHIP, own="367784630").own_name == "HAPPY HAULER"
+
+
+def test_files_are_known_by_name_or_content(tmp_path):
+    point = {"position": {"lat": 59.0, "lon": 10.0}, "sog": 10.0, "cog": 0.0}
+    situation = json.dumps({"ownShip": {"initial": point}})
+    for name in ("s.json", "s.dnv"):
+        (tmp_path / name).write_text(situation)
+        assert scenario_from(str(tmp_path / name), SHIP).origin == (59.0, 10.0)
+    table = ["t,mmsi,lat,lon"]
+    table += [f"2024-01-01T00:{m:02d}:00,255500001,{59 + 0.003 * m},10" for m in range(9)]
+    (tmp_path / "t.csv").write_text("\n".join(table))
+    assert scenario_from(str(tmp_path / "t.csv"), SHIP, own=255500001).duration_s == 480
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("nowhere", "no source 'nowhere'.*random:SEED.*imazu.*gulf-of-finland.*json.*nmea"),
+        ("", "no source ''"),
+        ("random:", "must be random:SEED"),
+        ("random:x", "must be random:SEED"),
+        ("random:-1", "must be random:SEED"),
+        ("random:1:2:3", "must be random:SEED"),
+        ("random:1:", "must be random:SEED"),
+        ("random:1:501", "at most 500 ships"),
+        ("random:99999999999", "seed must be at most"),
+        ("imazu:23", "choose 1 to 22"),
+        ("none/such.json", "no source 'none/such.json'"),
+        (".", "nor such a file"),
+    ],
+)
+def test_unknown_sources_say_what_is_possible(source, message):
+    with pytest.raises(InputError, match=message) as error:
+        scenario_from(source, SHIP)
+    assert "\n" not in str(error.value)
+
+
+def test_own_ship_and_time_belong_to_recordings():
+    with pytest.raises(InputError, match="own ship can be chosen only in recorded traffic"):
+        scenario_from("imazu:1", SHIP, own=5)
+    with pytest.raises(InputError, match="start time can be chosen only in recorded traffic"):
+        scenario_from("random:1", SHIP, at="12:00")
