@@ -3,7 +3,7 @@ import pytest
 from tests.voyages import LOA_M, SPEED_M_S, STEP_S, Other, plain, voyage
 
 from glasshelm.figures.series import series
-from glasshelm.report.facts import describe, outside, passages, verdict
+from glasshelm.report.facts import Outside, describe, outside, passages, verdict
 
 AHEAD = [0.0] * 200
 
@@ -63,4 +63,9 @@ def test_side_of_the_closest_approach():
 
 def test_outside_tells_first_frame_and_share():
     frames = voyage([0.0] * 10, outside=lambda k: ["too fast"] if k >= 5 else None)
-    assert outside(frames) == [("too fast", 5, 0.5)]
+    assert outside(frames) == [Outside("too fast", 5, 0.5)]
+
+
+def test_outside_takes_words_with_other_numbers_for_the_same_kind():
+    frames = voyage([0.0] * 4, outside=lambda k: [f"own speed {k}.5 kn", "many ships"])
+    assert outside(frames) == [Outside("own speed 0.5 kn", 0, 1.0), Outside("many ships", 0, 1.0)]

@@ -21,9 +21,11 @@ REST_S = 90.0
 REST_RAD = math.radians(1)
 #: An advised rudder counts from here ...
 ADVICE_RAD = math.radians(1)
-#: ... until it falls below here, for at least this long.
+#: ... until it falls below here. Shorter than this it does not count ...
 RELEASE_RAD = math.radians(0.5)
 ADVICE_S = 15.0
+#: ... and two to the same side are one if no more than this lies between them.
+PAUSE_S = 30.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,13 +62,33 @@ def advice(voyage: Series) -> list[Episode]:
         if not state and abs(angle) >= ADVICE_RAD:
             state = float(np.sign(angle))
         states.append(state)
-    found, start = [], 0
+    runs, start = [], 0
     for k in range(1, len(states) + 1):
         if k == len(states) or states[k] != states[start]:
-            if states[start] and voyage.time_s[k - 1] - voyage.time_s[start] >= ADVICE_S:
-                found.append(Episode(start, k - 1, float(rudder[start:k].mean())))
+            if states[start]:
+                runs.append((start, k - 1, states[start]))
             start = k
-    return _fill(voyage, found)
+    found = [_advised(rudder, a, b, way) for a, b, way in _joined(voyage.time_s, runs)]
+    return _fill(
+        voyage, [e for e in found if voyage.time_s[e.end] - voyage.time_s[e.start] >= ADVICE_S]
+    )
+
+
+def _joined(time_s: Row, runs: list[tuple[int, int, float]]) -> list[tuple[int, int, float]]:
+    """Runs to the same side with a short pause between them made one."""
+    out: list[tuple[int, int, float]] = []
+    for run in runs:
+        if out and out[-1][2] == run[2] and time_s[run[0]] - time_s[out[-1][1]] <= PAUSE_S:
+            out[-1] = (out[-1][0], run[1], run[2])
+        else:
+            out.append(run)
+    return out
+
+
+def _advised(rudder: Row, start: int, end: int, way: float) -> Episode:
+    """The advice of a run: its rudder is the mean of those to its side."""
+    angles = rudder[start : end + 1]
+    return Episode(start, end, float(angles[angles * way > 0].mean()))
 
 
 def _swings(heading: Row, threshold: float) -> list[tuple[int, int]]:

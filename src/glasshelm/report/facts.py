@@ -1,21 +1,26 @@
 """What happened, ship by ship, as numbers: closest approach, domain, largest priority."""
 
 import dataclasses
+import re
 
 import numpy as np
 
 from glasshelm.figures.series import Frames, Series, ShipSeries, series
 from glasshelm.report.words import clock, lasting, miles, where
 
+#: A ship passes if she was farther off by this much before, and after.
+PASSING_M = 100.0
+
 
 @dataclasses.dataclass(frozen=True)
 class Passage:
     """One target's passage of own ship. Frames are given by index.
 
-    ``closest_m`` at ``closest``; ``interior`` says that she had been closing
-    before and was opening after. ``inside_s`` is the time in own ship's domain,
-    ``deepest`` the largest danger (Eq. 13). ``wanted`` is the frame of her
-    largest priority (Eq. 22), absent where the pilot has no critic.
+    ``closest_m`` at ``closest``; ``interior`` says that she had been farther off
+    before and was after, by more than noise in a position. ``inside_s`` is the
+    time in own ship's domain, ``deepest`` the largest danger (Eq. 13).
+    ``wanted`` is the frame of her largest priority (Eq. 22), absent where the
+    pilot has no critic.
     """
 
     ship: ShipSeries
@@ -47,11 +52,16 @@ def _passage(voyage: Series, ship: ShipSeries) -> Passage:
         first=int(seen[0]),
         closest=closest,
         closest_m=float(ship.range_m[closest]),
-        interior=bool(seen[0] < closest < seen[-1]),
+        interior=_rises(ship.range_m[: closest + 1]) and _rises(ship.range_m[closest:]),
         inside_s=float((_durations(voyage) * inside).sum()),
         deepest=float(np.nanmax(ship.danger)),
         wanted=int(np.nanargmax(ship.priority)) if ship.has("priority") else None,
     )
+
+
+def _rises(range_m: np.ndarray) -> bool:
+    """Whether a range is somewhere well above its least."""
+    return bool(np.nanmax(range_m) - np.nanmin(range_m) > PASSING_M)
 
 
 def _durations(voyage: Series) -> np.ndarray:
@@ -72,9 +82,8 @@ def verdict(frames: Frames) -> str:
     loa = voyage.frames[0].ship.loa_m
     at = f"{near.name}, {clock(voyage, near.closest)}"
     if near.closest_m < loa:
-        return (
-            f"Within one ship length: {miles(near.closest_m)} ({at}). This counts as a collision."
-        )
+        what = "a collision" if voyage.applied else "less than the ship length assumed here"
+        return f"Nearest: {near.closest_m:.0f} m, {what} ({at})."
     entered = [p for p in found if p.inside_s > 0]
     if not entered:
         return f"No ship came nearer than {miles(near.closest_m)} ({at}); none entered the domain."
@@ -92,13 +101,28 @@ def describe(passage: Passage) -> str:
     return f"{miles(passage.closest_m)} {where(bearing)}"
 
 
-def outside(frames: Frames) -> list[tuple[str, int, float]]:
-    """What lay outside the training distribution: words, first frame, share of the frames."""
+@dataclasses.dataclass(frozen=True)
+class Outside:
+    """One kind of thing outside the training distribution: its words when first said, and since.
+
+    Words that differ only in their numbers are of one kind. ``first`` is the
+    first frame, ``share`` the share of all frames.
+    """
+
+    words: str
+    first: int
+    share: float
+
+
+def outside(frames: Frames) -> list[Outside]:
+    """What lay outside the training distribution, as the frames say, in order of appearance."""
     voyage = series(frames)
-    first: dict[str, int] = {}
+    first: dict[str, tuple[str, int]] = {}
     count: dict[str, int] = {}
     for k, frame in enumerate(voyage.frames):
-        for words in frame.outside or ():
-            first.setdefault(words, k)
-            count[words] = count.get(words, 0) + 1
-    return [(words, k, count[words] / len(voyage.frames)) for words, k in first.items()]
+        kinds = {re.sub(r"\d+(\.\d+)?", "#", words): words for words in frame.outside or ()}
+        for kind, words in kinds.items():
+            first.setdefault(kind, (words, k))
+            count[kind] = count.get(kind, 0) + 1
+    total = len(voyage.frames)
+    return [Outside(words, k, count[kind] / total) for kind, (words, k) in first.items()]

@@ -7,10 +7,12 @@ import numpy as np
 
 from glasshelm.figures.series import Frames, Series, series
 from glasshelm.report.episodes import TURN_RAD, Episode, advice, turns
-from glasshelm.report.facts import Passage, describe, outside, passages
+from glasshelm.report.facts import Outside, Passage, describe, outside, passages
 from glasshelm.report.reasons import focus, why
 from glasshelm.report.words import clock, course, degrees, lasting, miles, side, where
 
+#: A ship that leaves the domain for no longer than this is told as staying.
+REENTRY_S = 60.0
 #: Steady stretches shorter than this are not told.
 STEADY_S = 60.0
 #: Ships that never come nearer are not told of when they pass.
@@ -45,7 +47,7 @@ def story(frames: Frames) -> list[Sentence]:
     told += [_of_passing(voyage, p) for p in found[:MOST_PASSAGES] if _worth_telling(p)]
     for passage in found:
         told += _of_domain(voyage, passage)
-    told += [_of_outside(*item) for item in outside(voyage)]
+    told += _of_outside(outside(voyage))
     told.append((len(voyage.time_s) - 1, "end", _ending(voyage)))
     order = {"outside": 0, "domain": 1, "turn": 2, "steady": 3, "passing": 4, "end": 5}
     told.sort(key=lambda item: (item[0], order[item[1]]))
@@ -84,11 +86,13 @@ def _long(voyage: Series, episode: Episode) -> float:
 
 
 def _kept(voyage: Series, episode: Episode) -> str:
-    heading = voyage.heading_rad[episode.start : episode.end + 1]
-    change = float(heading[-1] - heading[0])
-    if np.ptp(heading) < TURN_RAD:
-        return f"The recorded ship kept her heading within {degrees(float(np.ptp(heading)))}."
-    return f"The recorded ship altered {degrees(change)} to {side(change)}."
+    first, last = (
+        float(np.median(voyage.heading_rad[max(k - 2, 0) : k + 3]))
+        for k in (episode.start, episode.end)
+    )
+    if abs(last - first) < TURN_RAD:
+        return "The recorded ship kept her course."
+    return f"The recorded ship altered {degrees(last - first)} to {side(last - first)}."
 
 
 def _returns(voyage: Series, episode: Episode) -> bool:
@@ -110,32 +114,42 @@ def _worth_telling(passage: Passage) -> bool:
 def _of_passing(voyage: Series, passage: Passage) -> tuple[int, str, str]:
     inside = passage.ship.danger[passage.closest] > 0
     clear = "inside the domain" if inside else "clear of the domain"
-    text = f"{passage.name} passes at {describe(passage)}, {clear}."
+    text = f"{passage.name} is at her nearest, {describe(passage)}, {clear}."
     return passage.closest, "passing", text
 
 
 def _of_domain(voyage: Series, passage: Passage) -> list[tuple[int, str, str]]:
-    """Every time that she enters own ship's domain."""
+    """Every time that she enters own ship's domain; soon back in is never left."""
     ship = passage.ship
-    inside = np.nan_to_num(ship.danger) > 0
-    entries = np.flatnonzero(inside & ~np.concatenate([[False], inside[:-1]]))
+    inside = np.flatnonzero(np.nan_to_num(ship.danger) > 0)
+    if not inside.size:
+        return []
+    breaks = np.flatnonzero(np.diff(voyage.time_s[inside]) > REENTRY_S) + 1
     told = []
-    for k in entries:
-        rest = np.flatnonzero(~inside[k:])
-        end = k + int(rest[0]) if rest.size else len(inside) - 1
-        long = float(voyage.time_s[end] - voyage.time_s[k])
-        stay = f"for {lasting(long)}" if rest.size else "and is there at the end"
+    for stay in np.split(inside, breaks):
+        k, end = int(stay[0]), int(stay[-1])
+        long = float(voyage.time_s[min(end + 1, len(voyage.time_s) - 1)] - voyage.time_s[k])
+        gone = end < len(voyage.time_s) - 1
+        until = f"for {lasting(long)}" if gone else "and is there at the end"
         begins = "is inside the domain from the beginning" if k == 0 else "enters the domain"
         place = f"{miles(float(ship.range_m[k]))} {where(float(ship.bearing_rad[k]))}"
-        deepest = float(np.nanmax(ship.danger[k : max(end, k + 1)]))
-        text = f"{ship.name} {begins} ({place}) {stay}; danger up to {deepest:.2f} of 1."
-        told.append((int(k), "domain", text))
+        deepest = float(np.nanmax(ship.danger[stay]))
+        text = f"{ship.name} {begins} ({place}) {until}; danger up to {deepest:.2f} of 1."
+        told.append((k, "domain", text))
     return told
 
 
-def _of_outside(words: str, k: int, share: float) -> tuple[int, str, str]:
-    often = "throughout" if share > 0.995 else f"in {share:.0%} of the frames"
-    return k, "outside", f"outside what the pilot has met in training, {often}: {words}."
+def _of_outside(found: list[Outside]) -> list[tuple[int, str, str]]:
+    """One sentence for all that begins in the same frame."""
+    told = []
+    for k in sorted({one.first for one in found}):
+        kinds = "; ".join(f"{one.words}, {_often(one.share)}" for one in found if one.first == k)
+        told.append((k, "outside", f"outside what the pilot has met in training: {kinds}."))
+    return told
+
+
+def _often(share: float) -> str:
+    return "throughout" if share > 0.995 else f"in {max(share, 0.01):.0%} of the frames"
 
 
 def _ending(voyage: Series) -> str:

@@ -1,5 +1,6 @@
 """Everything that ``glasshelm explain`` leaves behind: figures as files and the report."""
 
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -47,7 +48,9 @@ def write_report(
             notes,
         )
         path = folder / "report.html"
-        path.write_text(told, encoding="utf-8")
+        partial = folder / "report.html.partial"
+        partial.write_text(told, encoding="utf-8")
+        os.replace(partial, path)  # whole or not at all
     except OSError as error:
         raise InputError(f"{folder}: cannot write the report there ({error.strerror})") from None
     progress("report", 1.0)

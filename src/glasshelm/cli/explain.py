@@ -1,0 +1,97 @@
+"""``glasshelm explain``: sail an encounter and tell its story."""
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+def run(
+    source: Annotated[str, tyro.conf.Positional],
+    pilot: str | None = None,
+    ship: str = "paper",
+    own: str | None = None,
+    at: str | None = None,
+    advise: bool = False,
+    out: Path = Path("explained"),
+    steps: int | None = None,
+    open_: Annotated[bool, tyro.conf.arg(name="open")] = False,
+) -> None:
+    """Sail an encounter and tell its story: frames.jsonl, figures and report.html.
+
+    The figures are those of the paper (7-11, 13-15) and some more, each as PDF
+    and PNG. A log of an earlier voyage (a .jsonl file) is told without sailing
+    it again. Ctrl-C ends the voyage; the frames sailed so far stay.
+
+    Args:
+        source: random:SEED, imazu:5, gulf-of-finland, path/to/situation.json, path/to/ais.csv,
+            or a log: path/to/frames.jsonl
+        pilot: A bundled pilot (by default the ship's), straight, or a .safetensors file.
+        ship: Own ship: paper or large_ship.
+        own: In recorded traffic, the MMSI to take as own ship, or "recorded".
+        at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
+        advise: Own ship keeps her recorded track; the pilot only advises.
+        out: Folder for frames, figures and report; files of those names are replaced.
+        steps: Steps of 5 s (default: as long as the source lasts).
+        open_: Open the report in the browser.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from glasshelm.errors import InputError
+    from glasshelm.logbook import read
+
+    console = Console(stderr=True)
+    title, notes = None, ()
+    if source.endswith(".jsonl"):
+        if advise or any(x is not None for x in (pilot, own, at, steps)):
+            raise InputError(f"{source}: a log is told as it is; leave out pilot, own, at, steps")
+        frames = list(read(source))
+    else:
+        from glasshelm.encounters.source import scenario_from
+        from glasshelm.logbook import Logbook
+        from glasshelm.pilots.catalogue import default_pilot, pilot_named
+        from glasshelm.ships import ship_named
+        from glasshelm.voyage import sail, steps_of
+
+        helm = pilot_named(default_pilot(ship) if pilot is None else pilot)
+        scenario = scenario_from(source, ship_named(ship), own, at)
+        title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
+        console.print(title, markup=False)
+        count = steps_of(scenario, steps)
+        frames = []
+        with (
+            Logbook(out / "frames.jsonl", fresh=True) as log,
+            Progress(console=console, transient=True) as bar,
+        ):
+            task = bar.add_task("sailing", total=count + 1)
+            try:
+                for frame in sail(scenario, helm, count, advise):
+                    log.write(frame)
+                    frames.append(frame)
+                    bar.advance(task)
+            except KeyboardInterrupt:
+                console.print(f"interrupted: {log.frames} frames are in {log.path}", markup=False)
+                raise
+
+    from glasshelm.report.facts import verdict
+    from glasshelm.report.story import story
+    from glasshelm.report.write import write_report
+
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("drawing", total=1.0)
+        path = write_report(
+            frames,
+            out,
+            title,
+            notes,
+            progress=lambda name, share: bar.update(task, description=name, completed=share),
+        )
+    print(verdict(frames))
+    for sentence in story(frames):
+        print(sentence)
+    print(f"report: {path}")
+    if open_:
+        import webbrowser
+
+        webbrowser.open(path.resolve().as_uri())
