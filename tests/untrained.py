@@ -1,10 +1,13 @@
 """Pilots with random weights, for tests of what must hold whatever the weights are."""
 
+import dataclasses
 import functools
+from pathlib import Path
 
 import jax
 
 from glasshelm.encounters.random import RandomEncounters, random_encounter
+from glasshelm.learning.checkpoint import save_tree
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
@@ -43,3 +46,15 @@ def observation(ships: int, seed: int = 0) -> Observation:
     """What own ship sees of so many ships (at most 40) three steps into a random encounter."""
     seen = _after_three_steps(jax.random.key(seed))
     return Observation(seen.waypoint, seen.targets[:ships], seen.present[:ships])
+
+
+def write_weights(path: Path, kind: str = "attention", critic: bool = True, **header) -> str:
+    """A weights file of an untrained pilot as training writes them; ``header`` replaces parts."""
+    pilot = untrained(kind, critic)
+    described = {
+        "actor": {"kind": kind, **dataclasses.asdict(ACTOR)},
+        "critic": dataclasses.asdict(CRITIC) if critic else None,
+        "ship": "paper",
+    }
+    tree = {"actor": pilot.actor, "critic": pilot.critic}
+    return save_tree(path, tree, described | header)

@@ -18,6 +18,11 @@ def bundled() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
 
 
+def default_pilot(ship: str) -> str:
+    """The name of the pilot that steers a preset ship when nobody names one."""
+    return f"{ship.replace('_', '-')}-attention"
+
+
 def pilot_named(name: str | Path) -> Pilot:
     """Any pilot: a bundled name, ``straight``, or the path of a .safetensors file.
 

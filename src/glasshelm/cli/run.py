@@ -1,0 +1,70 @@
+"""``glasshelm run``: sail an encounter headless and write its frames."""
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+def run(
+    source: Annotated[str, tyro.conf.Positional],
+    pilot: str | None = None,
+    ship: str = "paper",
+    own: str | None = None,
+    at: str | None = None,
+    advise: bool = False,
+    out: Path = Path("frames.jsonl"),
+    parquet: Path | None = None,
+    steps: int | None = None,
+) -> None:
+    """Sail an encounter headless and write its frames, one JSON line each.
+
+    Ctrl-C ends the voyage; what is written stays and can be read.
+
+    Args:
+        source: random:SEED, imazu:5, gulf-of-finland, path/to/situation.json, path/to/ais.csv, …
+        pilot: A bundled pilot (by default the ship's), straight, or a .safetensors file.
+        ship: Own ship: paper or large_ship.
+        own: In recorded traffic, the MMSI to take as own ship, or "recorded".
+        at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
+        advise: Own ship keeps her recorded track; the pilot only advises.
+        out: The log; a file of that name is replaced.
+        parquet: Also write the frames as a Parquet table.
+        steps: Steps of 5 s (default: as long as the source lasts).
+    """
+    from glasshelm.cli.train import cache_compiled_programs
+
+    cache_compiled_programs()
+    from rich.console import Console
+    from rich.progress import track
+
+    from glasshelm.encounters.source import scenario_from
+    from glasshelm.logbook import Logbook, read
+    from glasshelm.parquet import to_parquet
+    from glasshelm.pilots.catalogue import default_pilot, pilot_named
+    from glasshelm.ships import ship_named
+    from glasshelm.summary import Summary
+    from glasshelm.voyage import sail, steps_of
+
+    console = Console(stderr=True)
+    helm = pilot_named(default_pilot(ship) if pilot is None else pilot)
+    scenario = scenario_from(source, ship_named(ship), own, at)
+    count = steps_of(scenario, steps)
+    frames = sail(scenario, helm, count, advise)
+    summary = Summary()
+    console.print(f"{scenario.title}, pilot {helm.name}", markup=False)
+    for note in scenario.notes:
+        console.print(f"  note: {note}", markup=False)
+    with Logbook(out, fresh=True) as log:
+        try:
+            for frame in track(frames, "sailing", total=count + 1, console=console, transient=True):
+                log.write(frame)
+                summary.add(frame)
+        except KeyboardInterrupt:
+            console.print(f"interrupted: {log.frames} frames are in {out}", markup=False)
+            raise
+    console.print(f"{log.frames} frames in {out}", markup=False)
+    if parquet is not None:
+        rows = to_parquet(read(out), parquet)
+        console.print(f"{rows} rows in {parquet}", markup=False)
+    print(summary.text())

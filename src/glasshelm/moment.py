@@ -1,0 +1,128 @@
+"""One instant of a voyage, from one compiled program: what is, what is decided, and why."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from glasshelm.encounters.types import Encounter, Motion
+from glasshelm.explain.explain import Explanation, explain
+from glasshelm.geometry import Cpa, Vector, closest_approach, direction, norm, to_body, velocity
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.types import Memory, Pilot
+from glasshelm.ships import ShipParams, ShipState
+from glasshelm.world.domain import danger
+from glasshelm.world.feed import feed
+from glasshelm.world.observe import Observation
+from glasshelm.world.step import WorldSettings, WorldState, targets_at, waypoint_of
+
+
+class Held(eqx.Module):
+    """Each target as she was last there, and when; ``motion.present`` false: never yet."""
+
+    motion: Motion
+    time_s: Float[Array, " n"]
+
+
+class Traffic(eqx.Module):
+    """The targets as a frame shows them: those present, and lost ones where they last were.
+
+    ``motion.age_s`` is the time since each was last heard. Range, relative
+    bearing, CPA and danger (Eq. 13) are of the place shown.
+    """
+
+    motion: Motion
+    lost: Bool[Array, " n"]
+    range_m: Float[Array, " n"]
+    bearing_rad: Float[Array, " n"]
+    cpa: Cpa
+    danger: Float[Array, " n"]
+
+
+class Moment(eqx.Module):
+    """All of one instant. Slot k of ``fed`` and ``explanation`` shows target ``order[k]``."""
+
+    own: ShipState
+    waypoint: Vector
+    traffic: Traffic
+    fed: Observation
+    order: Int[Array, " k"]
+    action: Float[Array, ""]
+    explanation: Explanation | None
+
+
+def never_held(encounter: Encounter) -> Held:
+    """Before the first moment nobody was ever there."""
+    motion = targets_at(encounter, jnp.zeros(()))
+    nobody = jnp.zeros_like(motion.present)
+    return Held(eqx.tree_at(lambda m: m.present, motion, nobody), jnp.zeros_like(motion.age_s))
+
+
+def moment_of(
+    pilot: Pilot,
+    encounter: Encounter,
+    state: WorldState,
+    held: Held,
+    memory: Memory,
+    ship: ShipParams,
+    settings: WorldSettings,
+    lost_shown_s: float,
+) -> tuple[Moment, Held, Any]:
+    """The moment of a state, with what to carry to the next one. Pure and traceable."""
+    time = state.step * settings.step_s
+    traffic, held = _traffic(encounter, state.own, held, time, ship, lost_shown_s)
+    fed, order = feed(state.observation, loa_m=float(ship.loa_m))
+    action, memory = pilot.steer(fed, memory)
+    why = None
+    if isinstance(pilot, LearnedPilot):
+        why = explain(pilot.actor, pilot.critic, fed, action)
+    waypoint = waypoint_of(encounter, state.leg)
+    return Moment(state.own, waypoint, traffic, fed, order, action, why), held, memory
+
+
+def _traffic(
+    encounter: Encounter,
+    own: ShipState,
+    held: Held,
+    time_s: Float[Array, ""],
+    ship: ShipParams,
+    lost_shown_s: float,
+) -> tuple[Traffic, Held]:
+    now = targets_at(encounter, time_s)
+    here = now.present
+    last = held.motion
+    gone_s = time_s - held.time_s
+    lost = last.present & ~here & (gone_s <= lost_shown_s)
+    shown = Motion(
+        jnp.where(here, now.east_m, last.east_m),
+        jnp.where(here, now.north_m, last.north_m),
+        jnp.where(here, now.course_rad, last.course_rad),
+        jnp.where(here, now.speed_m_s, last.speed_m_s),
+        jnp.where(here, now.age_s, last.age_s + gone_s),
+        here | lost,
+    )
+    # Held ships keep the age that they had when last there: time goes on in gone_s.
+    kept = Motion(
+        shown.east_m,
+        shown.north_m,
+        shown.course_rad,
+        shown.speed_m_s,
+        jnp.where(here, now.age_s, last.age_s),
+        here | last.present,
+    )
+    offset = to_body(
+        Vector(shown.east_m - own.east_m, shown.north_m - own.north_m), own.heading_rad
+    )
+    own_v = velocity(own.heading_rad, own.speed_m_s)
+    target_v = velocity(shown.course_rad, shown.speed_m_s)
+    relative_v = to_body(Vector(target_v.x - own_v.x, target_v.y - own_v.y), own.heading_rad)
+    traffic = Traffic(
+        shown,
+        lost,
+        norm(offset),
+        direction(offset),
+        closest_approach(offset, relative_v),
+        danger(offset, ship.loa_m),
+    )
+    return traffic, Held(kept, jnp.where(here, time_s, held.time_s))
