@@ -5,6 +5,7 @@ critics learn the return of that pilot, with exploring rudders in between.
 """
 
 import dataclasses
+from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
@@ -144,16 +145,23 @@ def begin_ddpg(
     actor: Actor, critic: SubTaskCritic, pool: Pool, settings: DdpgSettings
 ) -> DdpgState:
     """The state before the first step. Targets start as copies of the networks."""
+    return _begin(actor, critic, first_worlds(pool, settings.worlds), settings)
+
+
+@partial(jax.jit, static_argnums=3)
+def _begin(
+    actor: Actor, critic: SubTaskCritic, worlds: Worlds, settings: DdpgSettings
+) -> DdpgState:
+    """Every array of the result has a buffer of its own: they are donated."""
     adam = optimiser(settings)
-    copy = eqx.filter_jit(lambda tree: jax.tree.map(_copy, tree))
     return DdpgState(
         actor,
         critic,
-        copy(actor),
-        copy(critic),
+        jax.tree.map(jnp.copy, actor),
+        jax.tree.map(jnp.copy, critic),
         adam.init(eqx.filter(actor, eqx.is_array)),
         adam.init(eqx.filter(critic, eqx.is_array)),
-        first_worlds(pool, settings.worlds),
+        worlds,
         empty_replay(settings.replay_ticks, settings.worlds, settings.encounters.slots),
         jnp.zeros((), jnp.int32),
     )
@@ -262,7 +270,3 @@ def learn(
         (actor, polyak(state.target_actor, actor, settings.target_rate), actor_optimiser),
     )
     return state, critic_value, actor_value
-
-
-def _copy(x: Array) -> Array:
-    return jnp.copy(x) if eqx.is_array(x) else x

@@ -1,6 +1,8 @@
 """How good is an actor: batched voyages through a fixed set of random encounters."""
 
 import dataclasses
+from collections.abc import Callable
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -8,13 +10,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from glasshelm.encounters.random import PAPER, RandomEncounters, random_encounter
+from glasshelm.encounters.random import PAPER, RandomEncounters
 from glasshelm.encounters.types import Encounter
-from glasshelm.networks.actors import Actor
-from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.learning.losses import CriticOf
+from glasshelm.learning.worlds import draw_encounters
+from glasshelm.networks.fleet import Padded
 from glasshelm.ships import ShipParams
+from glasshelm.world.observe import Observation
 from glasshelm.world.rewards import SUB_TASKS
 from glasshelm.world.step import WorldState, begin, step
+
+#: An actor, or any other pytree that turns a batch of observations into rudders.
+Steers = Callable[[Observation], Float[Array, " w"]]
 
 #: The fixed evaluation set is drawn with this seed, whatever the training's.
 EVALUATION_SEED = 20_240_501
@@ -72,12 +79,12 @@ def evaluation_set(
     ship: ShipParams, size: int = 256, settings: RandomEncounters = PAPER
 ) -> Encounter:
     """The fixed set of random encounters, the same for every training."""
-    keys = jax.random.split(jax.random.key(EVALUATION_SEED), size)
-    return jax.jit(jax.vmap(lambda k: random_encounter(k, ship, settings)))(keys)
+    return draw_encounters(jax.random.key(EVALUATION_SEED), size, ship, settings)
 
 
+@partial(jax.jit, static_argnames=("short", "long"))
 def sail_set(
-    actor: Actor, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
+    actor: Steers, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
 ) -> Voyages:
     """Sail every encounter under the actor, without exploration."""
 
@@ -158,9 +165,10 @@ class Agreement(eqx.Module):
         }
 
 
+@partial(jax.jit, static_argnames=("short", "long"))
 def agreement(
-    actor: Actor,
-    critic: SubTaskCritic,
+    actor: Steers,
+    critic: CriticOf,
     encounters: Encounter,
     ship: ShipParams,
     discount: float,
@@ -175,7 +183,7 @@ def agreement(
 
     def go(state: WorldState, _: None):
         action = actor(state.observation)
-        values = critic(state.observation, action).by_task
+        values = critic(state.observation, action, Padded(state.observation.present)).by_task
         out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
             encounters, state, action
         )

@@ -26,6 +26,7 @@ from glasshelm.learning.snapshot import (
 )
 from glasshelm.learning.stages import Stage, State, Told, new_actor, stages_of
 from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ships import ship_named
 
 BEST, FINAL = "best.safetensors", "final.safetensors"
@@ -53,14 +54,7 @@ class Training:
         self.kept: Actor = new_actor(config)
         self.score: Score | None = None
         self._began = time.monotonic()
-        short, long = config.evaluation_steps
-        encounters = evaluation_set(self.ship, config.evaluation_worlds)
-        self._sail = jax.jit(lambda actor: sail_set(actor, encounters, self.ship, short, long))
-        self._agree = jax.jit(
-            lambda actor, critic: agreement(
-                actor, critic, encounters, self.ship, config.ddpg.discount, short, long
-            )
-        )
+        self._encounters = evaluation_set(self.ship, config.evaluation_worlds)
 
     def resume(self) -> None:
         """Take up the snapshot in the folder."""
@@ -145,10 +139,10 @@ class Training:
             **told,
         }
         if stage.name != "critic" or self.score is None:
-            self.score = score(self._sail(actor), float(self.ship.loa_m))
+            self.score = self._sail(actor)
         line |= dataclasses.asdict(self.score) | {"fault": self.score.fault}
         if critic is not None:
-            line |= self._agree(actor, critic).numbers()
+            line |= self._agree(actor, critic)
         if self.place.best is None or self.score.fault <= self.place.best:
             self.place = dataclasses.replace(self.place, best=self.score.fault)
             self.kept = jax.tree.map(jax.numpy.copy, actor)
@@ -159,13 +153,26 @@ class Training:
     def _finish(self, stage: Stage, whole: bool) -> None:
         actor, critic = stage.actor(self.state), stage.critic(self.state)
         if self.score is None:
-            self.score = score(self._sail(actor), float(self.ship.loa_m))
+            self.score = self._sail(actor)
         line = dataclasses.asdict(self.score)
         if critic is not None:
-            line |= self._agree(actor, critic).numbers()
+            line |= self._agree(actor, critic)
         self._save(FINAL, actor, critic, line | {"stopped_early": not whole})
 
-    def _save(self, name: str, actor: Actor, critic: Any, line: dict[str, Any]) -> None:
+    def _sail(self, actor: Actor) -> Score:
+        short, long = self.config.evaluation_steps
+        voyages = sail_set(actor, self._encounters, self.ship, short, long)
+        return score(voyages, float(self.ship.loa_m))
+
+    def _agree(self, actor: Actor, critic: SubTaskCritic) -> dict[str, float]:
+        short, long = self.config.evaluation_steps
+        discount = self.config.ddpg.discount
+        found = agreement(actor, critic, self._encounters, self.ship, discount, short, long)
+        return found.numbers()
+
+    def _save(
+        self, name: str, actor: Actor, critic: SubTaskCritic | None, line: dict[str, Any]
+    ) -> None:
         summary = {
             "evaluation": line,
             "evaluation_worlds": self.config.evaluation_worlds,

@@ -4,6 +4,7 @@ Misprints of the equations are settled in docs/paper.md.
 """
 
 import dataclasses
+from collections.abc import Callable
 from typing import Literal, TypeVar
 
 import equinox as eqx
@@ -12,12 +13,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.learning.replay import Batch
-from glasshelm.networks.actors import Actor
-from glasshelm.networks.critics import SubTaskCritic, Values
+from glasshelm.networks.critics import Values
 from glasshelm.networks.fleet import Fleet
 from glasshelm.world.observe import Observation
 
 Tree = TypeVar("Tree")
+#: Anything that steers as :class:`SumActor` does, and values as :class:`SubTaskCritic` does.
+ActorOf = Callable[[Observation, Fleet], Float[Array, "*b"]]
+CriticOf = Callable[[Observation, Float[Array, "*b"], Fleet], Values]
 #: ``sum``: one TD error of the total (the paper); ``heads``: one a head.
 CriticTraining = Literal["sum", "heads"]
 
@@ -37,7 +40,7 @@ class ActorLossSettings:
 
 
 def td_target(
-    critic: SubTaskCritic, actor: Actor, batch: Batch, discount: float, fleet: Fleet
+    critic: CriticOf, actor: ActorOf, batch: Batch, discount: float, fleet: Fleet
 ) -> Values:
     """y_k = r_k + γ·Q'_k(s', π'(s')), head by head, with the joint target actor (Eq. 2).
 
@@ -55,7 +58,7 @@ def td_target(
 
 
 def critic_loss(
-    critic: SubTaskCritic, target: Values, batch: Batch, training: CriticTraining, fleet: Fleet
+    critic: CriticOf, target: Values, batch: Batch, training: CriticTraining, fleet: Fleet
 ) -> Float[Array, ""]:
     """Mean squared TD error (Eq. 2): of the total, or summed over the heads."""
     value = critic(batch.seen, batch.action, fleet)
@@ -68,8 +71,8 @@ def critic_loss(
 
 
 def actor_loss(
-    actor: Actor,
-    critic: SubTaskCritic,
+    actor: ActorOf,
+    critic: CriticOf,
     batch: Batch,
     settings: ActorLossSettings,
     fleet: Fleet,
@@ -91,7 +94,9 @@ def actor_loss(
 
 def perturb(seen: Observation, settings: ActorLossSettings, key: PRNGKeyArray) -> Observation:
     """ŝ of Eq. 5: the normalised observation plus N(0, noise)."""
-    waypoint_key, target_key = jax.random.split(key)
+    # JAX's default generator would take longer than the matrix products of the actor.
+    data = jnp.tile(jax.random.key_data(key), 2)
+    waypoint_key, target_key = jax.random.split(jax.random.wrap_key_data(data, impl="rbg"))
 
     def noisy(x: Float[Array, "*b frames f"], k: PRNGKeyArray) -> Float[Array, "*b frames f"]:
         frames = 1 if settings.noise_shared else x.shape[-2]

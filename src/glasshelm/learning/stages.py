@@ -5,6 +5,7 @@ critics on the actor that it found, ``ddpg`` learns both at once. The loop
 (:mod:`glasshelm.learning.loop`) treats them alike.
 """
 
+from functools import partial
 from typing import Any, Protocol
 
 import jax
@@ -61,23 +62,13 @@ class ActorStage:
         self.units = settings.iterations
         self.env_steps_per_unit = settings.worlds * settings.decisions * settings.hold
         self.evaluate_every = config.evaluate_every[0]
-        ship = ship_named(config.ship)
         self._config = config
-        key = jax.random.fold_in(jax.random.key(config.seed), 2)
-        self._begin = jax.jit(
-            lambda actor: start_training(actor, jax.random.fold_in(key, 0), ship, settings)
-        )
-
-        def advance(state: AnalyticState) -> tuple[AnalyticState, Voyages]:
-            return iterate(state, jax.random.fold_in(key, state.iteration + 1), ship, settings)
-
-        self._advance = jax.jit(advance)
 
     def begin(self, actor: Actor | None) -> AnalyticState:
-        return self._begin(new_actor(self._config) if actor is None else actor)
+        return _start(new_actor(self._config) if actor is None else actor, self._config)
 
     def advance(self, state: AnalyticState, number: int) -> tuple[AnalyticState, Voyages]:
-        return self._advance(state)
+        return _iterate(state, self._config)
 
     def tell(self, told: list[Voyages]) -> dict[str, float]:
         return {
@@ -108,25 +99,23 @@ class DdpgStage:
         self.updates_per_unit = settings.cycle_updates
         self.env_steps_per_unit = settings.cycle_env_steps
         self.evaluate_every = config.evaluate_every[1]
-        self._config, self._ship = config, ship_named(config.ship)
-        self._settings = settings
+        self._config = config
         self._pool: tuple[int, Pool] | None = None
-        self._draw = jax.jit(lambda number: pool_of(config.seed, number, self._ship, settings))
-        self._program = jax.jit(self._cycle, static_argnums=(2, 3), donate_argnums=0)
 
     def begin(self, actor: Actor | None) -> DdpgState:
         config = self._config
         start = new_actor(config) if actor is None else actor
         start = jax.tree.map(jnp.copy, start)  # the program uses up its own copy
         key = jax.random.fold_in(jax.random.key(config.seed), 4)
-        critic = SubTaskCritic(config.critic_sizes, key)
-        return begin_ddpg(start, critic, self._pool_at(0), self._settings)
+        critic = jax.jit(SubTaskCritic, static_argnums=0)(config.critic_sizes, key)
+        return begin_ddpg(start, critic, self._pool_at(0), config.ddpg)
 
     def advance(self, state: DdpgState, number: int) -> tuple[DdpgState, Report]:
+        settings = self._config.ddpg
         steps = number * self.env_steps_per_unit
-        critic = steps >= self._settings.critic_from
-        actor = self._settings.actor_update and steps >= self._settings.actor_from
-        return self._program(state, self._pool_at(number), critic, critic and actor)
+        critic = steps >= settings.critic_from
+        actor = critic and settings.actor_update and steps >= settings.actor_from
+        return _cycle(state, self._pool_at(number), critic, actor, self._config)
 
     def tell(self, told: list[Report]) -> dict[str, float]:
         return {
@@ -141,18 +130,11 @@ class DdpgStage:
     def critic(self, state: DdpgState) -> SubTaskCritic | None:
         return state.critic
 
-    def _cycle(
-        self, state: DdpgState, pool: Pool, critic: bool, actor: bool
-    ) -> tuple[DdpgState, Report]:
-        config = self._config
-        return cycle(
-            state, pool, critic, actor, config.seed, self._ship, self._settings, config.critic
-        )
-
     def _pool_at(self, number: int) -> Pool:
-        index = number // self._settings.pool_cycles
+        index = number // self._config.ddpg.pool_cycles
         if self._pool is None or self._pool[0] != index:
-            self._pool = (index, self._draw(jnp.asarray(number)))
+            ship = ship_named(self._config.ship)
+            self._pool = (index, pool_of(self._config.seed, number, ship, self._config.ddpg))
         return self._pool[1]
 
 
@@ -166,7 +148,30 @@ def stages_of(config: TrainConfig) -> list[Stage]:
 def new_actor(config: TrainConfig) -> Actor:
     """The untrained actor of a configuration."""
     key = jax.random.fold_in(jax.random.key(config.seed), 3)
-    return make_actor(config.actor, config.actor_sizes, key)
+    return jax.jit(make_actor, static_argnums=(0, 1))(config.actor, config.actor_sizes, key)
+
+
+@partial(jax.jit, static_argnums=1)
+def _start(actor: Actor, config: TrainConfig) -> AnalyticState:
+    key = jax.random.fold_in(jax.random.fold_in(jax.random.key(config.seed), 2), 0)
+    return start_training(actor, key, ship_named(config.ship), config.analytic)
+
+
+@partial(jax.jit, static_argnums=1)
+def _iterate(state: AnalyticState, config: TrainConfig) -> tuple[AnalyticState, Voyages]:
+    key = jax.random.fold_in(jax.random.key(config.seed), 2)
+    key = jax.random.fold_in(key, state.iteration + 1)
+    return iterate(state, key, ship_named(config.ship), config.analytic)
+
+
+@partial(jax.jit, static_argnums=(2, 3, 4), donate_argnums=0)
+def _cycle(
+    state: DdpgState, pool: Pool, learn_critic: bool, learn_actor: bool, config: TrainConfig
+) -> tuple[DdpgState, Report]:
+    ship = ship_named(config.ship)
+    return cycle(
+        state, pool, learn_critic, learn_actor, config.seed, ship, config.ddpg, config.critic
+    )
 
 
 def _mean(values: list[jax.Array]) -> float:

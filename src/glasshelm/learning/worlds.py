@@ -1,5 +1,6 @@
 """Many worlds at once that never stop: encounters from a pool, one tick at a time."""
 
+from functools import partial
 from typing import TypeVar
 
 import equinox as eqx
@@ -37,10 +38,22 @@ class Worlds(eqx.Module):
 
 def draw_pool(key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters) -> Pool:
     """A fresh pool of ``size`` random encounters."""
-    encounters = jax.vmap(lambda k: random_encounter(k, ship, settings))(
-        jax.random.split(key, size)
-    )
-    return Pool(encounters, jax.vmap(lambda e: begin(e, ship))(encounters))
+    encounters = draw_encounters(key, size, ship, settings)
+    return Pool(encounters, _starts(encounters, ship))
+
+
+@partial(jax.jit, static_argnums=(1, 3))
+def draw_encounters(
+    key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters
+) -> Encounter:
+    """``size`` independent random encounters."""
+    keys = jax.random.split(key, size)
+    return jax.vmap(lambda k: random_encounter(k, ship, settings))(keys)
+
+
+@jax.jit
+def _starts(encounters: Encounter, ship: ShipParams) -> WorldState:
+    return jax.vmap(lambda e: begin(e, ship))(encounters)
 
 
 def first_worlds(pool: Pool, worlds: int) -> Worlds:
