@@ -44,7 +44,8 @@ def own_at(scenario, time_s):
 
 
 def test_any_ship_can_be_own_ship(tmp_path):
-    s = recorded_scenario(recording(tmp_path), SHIP, str(OWN))
+    settings = RecordingSettings(nearest_waypoint_m=0.0)
+    s = recorded_scenario(recording(tmp_path), SHIP, str(OWN), settings=settings)
     assert (s.own_name, [t.name for t in s.targets]) == ("OWN SHIP", ["OTHER"])
     assert (s.ship.loa_m, s.ship.beam_m, s.ship.gain_1_s) == (200.0, 30.0, SHIP.gain_1_s)
     assert s.ship.speed_m_s == pytest.approx(SPEED_KN * KNOT_M_S)
@@ -140,7 +141,8 @@ def test_a_ship_that_comes_back_has_her_farthest_point_as_waypoint(tmp_path):
         f"2024-01-01T00:{m:02d}:00,ais,{LATE},59.0,{10.6 + 0.01 * (15 - abs(m - 15)):.4f},18,90,,,,"
         for m in range(31)
     ]
-    s = recorded_scenario(recording(tmp_path, *extra), SHIP, LATE)
+    settings = RecordingSettings(nearest_waypoint_m=0.0)
+    s = recorded_scenario(recording(tmp_path, *extra), SHIP, LATE, settings=settings)
     assert float(s.encounter.route.x[0]) == pytest.approx(8608, rel=0.01)
     assert any("comes back" in note for note in s.notes)
 

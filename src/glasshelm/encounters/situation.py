@@ -15,6 +15,7 @@ from glasshelm.encounters.imazu import PAPER_WAYPOINT_M
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.situation_file import (
     SCHEMA_VERSION,
+    TRAFFICGEN_VERSION,
     Dimensions,
     Initial,
     Leg,
@@ -144,6 +145,7 @@ def write_situation(
         description=description,
         start_time=None if scenario.start is None else scenario.start.isoformat(),
         schema_version=SCHEMA_VERSION,
+        trafficgen_version=TRAFFICGEN_VERSION,
     )
     Path(path).write_bytes(msgspec.json.format(msgspec.json.encode(document), indent=4) + b"\n")
 

@@ -15,6 +15,8 @@ import msgspec
 from glasshelm.errors import InputError
 
 SCHEMA_VERSION = "0.2.0"
+#: DNV's own reader refuses a file that does not name the version of its generator.
+TRAFFICGEN_VERSION = "0.8.5"
 
 
 class _Part(msgspec.Struct, rename="camel", omit_defaults=True):
@@ -88,6 +90,7 @@ class Situation(_Part):
     description: str | None = None
     start_time: str | None = None
     schema_version: str | None = None
+    trafficgen_version: str | None = None
 
 
 @dataclasses.dataclass(frozen=True)

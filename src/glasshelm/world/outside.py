@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Array, Bool
 
 from glasshelm.encounters.random import WIDE, RandomEncounters
 from glasshelm.encounters.types import Motion
@@ -62,7 +62,7 @@ def outside(
     distance.
     """
     said = _of_own_ship(own, ship, trained)
-    distance = float(np.hypot(waypoint.x - own.east_m, waypoint.y - own.north_m))
+    distance = float(_range(waypoint.x, waypoint.y, own))
     near, far = trained.waypoint_m
     if distance < near * (1 - SLACK):
         said.append(f"waypoint {_nm(distance)} NM off (trained: from {_nm(near)} NM)")
@@ -95,7 +95,7 @@ def _of_targets(
         said.append(f"{count} ships fed (trained: at most {most})")
     speed = np.asarray(targets.speed_m_s)[shown]
     slow, fast = trained.encounters.target_speed_m_s
-    range_m = np.hypot(targets.east_m - own.east_m, targets.north_m - own.north_m)[shown]
+    range_m = _range(targets.east_m, targets.north_m, own)[shown]
     far = trained.farthest_target_m
     for odd, what in (
         (speed < slow * (1 - SLACK), f"slower than {_kn(slow)} kn"),
@@ -131,6 +131,12 @@ def _bad(name: str, frames: np.ndarray, features: tuple[str, ...]) -> list[str]:
     wrong = np.any(~np.isfinite(frames), axis=0)
     listed = ", ".join(f for f, bad in zip(features, wrong.tolist(), strict=True) if bad)
     return [f"{name} is seen with no finite {listed}"] if listed else []
+
+
+def _range(east_m: Array, north_m: Array, own: ShipState) -> np.ndarray:
+    """Distance from own ship, on the host: no device program for a few subtractions."""
+    east, north = np.asarray(east_m) - np.asarray(own.east_m), np.asarray(north_m)
+    return np.asarray(np.hypot(east, north - np.asarray(own.north_m)))
 
 
 def _differs(value: float, trained: float) -> bool:
