@@ -171,7 +171,7 @@ def agreement(
     critic: CriticOf,
     encounters: Encounter,
     ship: ShipParams,
-    discount: float,
+    discount: float | Float[Array, ""],
     short: int = 240,
     long: int = 480,
 ) -> Agreement:

@@ -6,7 +6,7 @@ critics on the actor that it found, ``ddpg`` learns both at once. The loop
 """
 
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -24,6 +24,7 @@ State = Any
 Told = Any
 
 
+@runtime_checkable
 class Stage(Protocol):
     """One part of a training. A unit is an iteration (actor) or a cycle (ddpg, critic)."""
 
