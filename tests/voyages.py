@@ -56,12 +56,11 @@ def voyage(
     east = np.concatenate([[0.0], np.cumsum(np.sin(headings[:-1]) * SPEED_M_S * STEP_S)])
     north = np.concatenate([[0.0], np.cumsum(np.cos(headings[:-1]) * SPEED_M_S * STEP_S)])
     frames = []
-    for k in range(len(headings)):
+    for k, heading in enumerate(headings.tolist()):
         time = STEP_S * k
+        x, y = float(east[k]), float(north[k])
         rudder = np.sign(change[k]) * 3.0 if rudder_deg is None else rudder_deg(k)
-        targets = [
-            _target(o, k, time, east[k], north[k], headings[k], sweep) for o in others if o.here(k)
-        ]
+        targets = [_target(o, k, time, x, y, heading, sweep) for o in others if o.here(k)]
         learned = waypoint_priority is not None
         total = sum(t.priority or 0.0 for t in targets)
         frames.append(
@@ -69,8 +68,8 @@ def voyage(
                 time_s=time,
                 pilot="by hand",
                 source="made",
-                ship=f.Ship(LOA_M, 60.0, 0.1827, 11.1, np.radians(5), SPEED_M_S),
-                own=f.Own(east[k], north[k], headings[k], SPEED_M_S, 0.0, np.radians(rudder)),
+                ship=f.Ship(LOA_M, 60.0, 0.1827, 11.1, float(np.radians(5)), SPEED_M_S),
+                own=f.Own(x, y, heading, SPEED_M_S, 0.0, float(np.radians(rudder))),
                 waypoint=f.Waypoint(0.0, 40_000.0),
                 targets=targets,
                 decision=f.Decision(float(np.radians(rudder)), applied),
@@ -87,7 +86,7 @@ def voyage(
 def _target(
     other: Other, k: int, time: float, east: float, north: float, heading: float, sweep: bool
 ) -> f.Target:
-    course = np.radians(other.course_deg)
+    course = float(np.radians(other.course_deg))
     x = other.east_m + other.speed_m_s * time * np.sin(course)
     y = other.north_m + other.speed_m_s * time * np.cos(course)
     dx, dy = x - east, y - north
@@ -104,8 +103,8 @@ def _target(
     return f.Target(
         id=other.name,
         name=other.name,
-        east_m=x,
-        north_m=y,
+        east_m=float(x),
+        north_m=float(y),
         course_rad=course,
         speed_m_s=other.speed_m_s,
         range_m=distance,

@@ -21,8 +21,10 @@ from glasshelm.world.domain import AHEAD_LOA, ASTERN_LOA, PORT_LOA, STARBOARD_LO
 
 #: A white rim that keeps small print readable over lines.
 HALO = [patheffects.withStroke(linewidth=2.2, foreground="white")]
-#: Tracks farther off than this do not widen a map; they run out of it.
-REACH_NM = 5.0
+#: Tracks farther off than own ship's run do not widen a map, within these limits; they run out.
+REACH_NM = (2.0, 5.0)
+#: At most so many of own ship's markers carry their minutes.
+MOST_LABELS = 5
 
 
 def domain_outline(loa_m: float, points: int = 181) -> np.ndarray:
@@ -50,14 +52,14 @@ def marks(voyage: Series) -> tuple[np.ndarray, float]:
 
 
 def draw_own(ax: Axes, voyage: Series, at: np.ndarray, labels: bool = True) -> None:
-    """Own ship's track with open markers; every other marker tells the minutes."""
+    """Own ship's track with open markers, some of them with the minutes."""
     x, y = nm(voyage.east_m), nm(voyage.north_m)
     ax.plot(x, y, color=INK, lw=1.6, zorder=4)
     draw_arrow(ax, x, y, INK)
     ax.plot(x[at], y[at], ls="", marker="o", ms=5, mfc="white", mec=INK, mew=1.1, zorder=5)
     if not labels:
         return
-    for k in at[::2]:
+    for k in at[:: -(-len(at) // MOST_LABELS)]:
         side = voyage.heading_rad[k] + np.pi / 2
         ax.annotate(
             f"{voyage.minutes[k]:g}",
@@ -198,9 +200,11 @@ def frame_relative(ax: Axes, voyage: Series) -> None:
 
 
 def reach(voyage: Series) -> float:
-    """How far off ships still shape a map [NM]."""
+    """How far off ships still shape a map [NM]: own ship's run, within limits; the nearest."""
+    run = float(np.hypot(np.diff(voyage.east_m), np.diff(voyage.north_m)).sum())
+    usual = float(np.clip(1.2 * run / NAUTICAL_MILE_M, *REACH_NM))
     nearest = [float(np.nanmin(s.range_m)) for s in ships_of_note(voyage)]
-    return max([REACH_NM, *(1.1 * n / NAUTICAL_MILE_M for n in nearest)])
+    return max(usual, 1.1 * min(nearest, default=0.0) / NAUTICAL_MILE_M)
 
 
 def limits(ax: Axes, x: np.ndarray, y: np.ndarray, least_nm: float = 0.5) -> None:

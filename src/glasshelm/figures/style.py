@@ -155,7 +155,7 @@ def legend_below(figure: Figure, handles: list[Line2D]) -> None:
     if not handles:
         return
     widest = max(len(str(h.get_label())) for h in handles)
-    columns = int(figure.get_figwidth() / (0.55 + 0.075 * widest))
+    columns = int(figure.get_figwidth() / (0.47 + 0.07 * widest))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=max(1, min(columns, len(handles)))
     )

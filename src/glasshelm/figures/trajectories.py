@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from glasshelm.figures import maps
 from glasshelm.figures.series import Frames, Series, series, ships_of_note
 from glasshelm.figures.style import INK, SOFT, legend_below, looks, new_figure, nm, styled
+from glasshelm.ships import NAUTICAL_MILE_M
 
 
 @styled
@@ -75,12 +76,14 @@ def _closest(ax: Axes, voyage: Series) -> None:
     x = nm(np.array([voyage.east_m[k], ship.east_m[k]]))
     y = nm(np.array([voyage.north_m[k], ship.north_m[k]]))
     ax.plot(x, y, color=INK, lw=1.0, ls=(0, (1.5, 1.5)), zorder=4.5)
+    away = np.array([np.diff(x)[0], np.diff(y)[0]])
+    away = away / max(float(np.linalg.norm(away)), 1e-9)
     ax.annotate(
-        f"{ship.range_m[k] / 1852:.2f} NM",
-        (x.mean(), y.mean()),
-        xytext=(0, -9),
+        f"{ship.range_m[k] / NAUTICAL_MILE_M:.2f} NM",
+        (x[1], y[1]),
+        xytext=(15 * away[0], 11 * away[1]),
         textcoords="offset points",
-        ha="center",
+        ha="left" if away[0] > 0.3 else "right" if away[0] < -0.3 else "center",
         va="center",
         fontsize=7.5,
         path_effects=maps.HALO,
@@ -89,25 +92,19 @@ def _closest(ax: Axes, voyage: Series) -> None:
 
 
 def _waypoint(ax: Axes, voyage: Series) -> None:
-    """The waypoint where it is in the map; else an arrow from the track's end towards it."""
+    """The waypoint where it is in the map; else its bearing and distance from the track's end."""
     waypoint = voyage.frames[-1].waypoint
-    x, y = waypoint.east_m / 1852, waypoint.north_m / 1852
+    x, y = waypoint.east_m / NAUTICAL_MILE_M, waypoint.north_m / NAUTICAL_MILE_M
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     if left <= x <= right and low <= y <= high:
         ax.plot([x], [y], marker="*", ms=10, color=SOFT, ls="", zorder=4)
         ax.annotate("waypoint", (x, y), xytext=(7, 0), textcoords="offset points", fontsize=7.5,
                     va="center", color=SOFT)  # fmt: skip
         return
-    from_x, from_y = voyage.east_m[-1] / 1852, voyage.north_m[-1] / 1852
-    away = float(np.hypot(x - from_x, y - from_y))
-    share = 0.055 * (high - low) / away
-    tip = (from_x + share * (x - from_x), from_y + share * (y - from_y))
-    ax.annotate(
-        "", tip, (from_x, from_y), arrowprops={"arrowstyle": "-|>", "color": SOFT, "lw": 1.2}
-    )
-    east = x >= from_x
-    ax.annotate(
-        f"waypoint {away:.1f} NM", tip, xytext=(6 if east else -6, 0), textcoords="offset points",
-        fontsize=7.5, color=SOFT, ha="left" if east else "right", va="center",
-        path_effects=maps.HALO,
+    east = x - voyage.east_m[-1] / NAUTICAL_MILE_M
+    north = y - voyage.north_m[-1] / NAUTICAL_MILE_M
+    bearing = round(np.degrees(np.arctan2(east, north))) % 360
+    ax.text(
+        0.99, 0.99, f"waypoint {bearing:03d}°, {np.hypot(east, north):.1f} NM", fontsize=7.5,
+        color=SOFT, ha="right", va="top", transform=ax.transAxes, path_effects=maps.HALO, zorder=7,
     )  # fmt: skip

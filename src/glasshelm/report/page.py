@@ -15,8 +15,10 @@ from glasshelm.report.table import table
 from glasshelm.report.words import degrees, lasting
 from glasshelm.ships import KNOT_M_S
 
-#: A figure wider than this many times its height scrolls on a phone instead of shrinking.
-_WIDE = 1.3
+#: A figure wider than this [inches] takes a row of its own, and scrolls on a phone.
+_WIDE_IN = 6.0
+#: The table holds at most so many ships, beside those that the figures name.
+MOST_ROWS = 12
 
 
 def page(
@@ -27,12 +29,12 @@ def page(
     missing: Sequence[str],
     notes: Sequence[str] = (),
 ) -> str:
-    """The report as HTML. ``drawn``: plates with their SVG and width over height.
+    """The report as HTML. ``drawn``: plates with their SVG and width in inches.
 
     The first plate is the picture at the top. ``missing`` tells in words which
     figures were not drawn, ``notes`` what was repaired while reading the source.
     """
-    (first, svg, ratio), *others = drawn
+    (first, svg, width), *others = drawn
     alt = f"{first.caption} {verdict(voyage)}"
     mode = "" if voyage.applied else _ADVISED
     parts = [
@@ -41,12 +43,12 @@ def page(
         f'<p class="caution">Not for navigation. A simulation or replay for study.</p>{mode}'
         "</header>",
         "<main>",
-        f'<div class="first">{_figure(first, svg, ratio, alt)}{_facts(voyage)}</div>',
+        f'<div class="first">{_figure(first, svg, width, alt)}{_facts(voyage)}</div>',
         f"<h2>What happened</h2>{_story(sentences)}",
         _ships(voyage),
         "<h2>Figures</h2>",
         '<div class="plates">',
-        *(_figure(plate, svg, ratio, _alt(plate, voyage)) for plate, svg, ratio in others),
+        *(_figure(plate, svg, width, _alt(plate, voyage)) for plate, svg, width in others),
         "</div>",
         _list("Not drawn", missing),
         _list("Notes on the source", notes),
@@ -93,9 +95,9 @@ def _text(words: str) -> str:
     return html.escape(words, quote=True)
 
 
-def _figure(plate: Plate, svg: bytes, ratio: float, alt: str) -> str:
+def _figure(plate: Plate, svg: bytes, width_in: float, alt: str) -> str:
     data = base64.b64encode(svg).decode("ascii")
-    wide, broad = (" wide", ' class="broad"') if ratio > _WIDE else ("", "")
+    wide, broad = (" wide", ' class="broad"') if width_in > _WIDE_IN else ("", "")
     return (
         f'<figure{broad}><h3>{_text(plate.title)}</h3><div class="plate{wide}">'
         f'<img alt="{_text(alt)}" src="data:image/svg+xml;base64,{data}"></div>'
@@ -138,11 +140,14 @@ def _story(sentences: Sequence[Sentence]) -> str:
 
 
 def _ships(voyage: Series) -> str:
-    found = passages(voyage)
-    if not found:
+    everyone = passages(voyage)
+    if not everyone:
         return ""
-    columns, rows = table(voyage, found)
     by_id = looks(voyage)
+    found = [p for i, p in enumerate(everyone) if i < MOST_ROWS or p.ship.id in by_id]
+    columns, rows = table(voyage, found)
+    left = len(everyone) - len(found)
+    more = f'<p class="soft">{left} more ships, farther off, are in the frames.</p>' if left else ""
     head = "".join(f'<th scope="col"{_side(c.number)}>{_text(c.heading)}</th>' for c in columns)
     body = []
     for passage, row in zip(found, rows, strict=True):
@@ -157,7 +162,7 @@ def _ships(voyage: Series) -> str:
     return (
         '<h2>Ships, the nearest first</h2><div class="scroll" tabindex="0" role="region" '
         f'aria-label="Table of ships"><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(body)}</tbody></table></div>"
+        f"<tbody>{''.join(body)}</tbody></table></div>{more}"
     )
 
 

@@ -24,14 +24,14 @@ def table(voyage: Series, found: list[Passage]) -> tuple[list[Column], list[list
     """Columns and one row of words a ship; columns that no ship can fill are left out."""
     columns = [
         Column("Ship", number=False),
+        Column("Closest", number=False),
+        Column("When"),
+        Column("In the domain", number=False),
+        Column("Largest priority"),
+        Column("Mean attention"),
         Column("Course, speed"),
         Column("First seen at", number=False),
         Column("CPA then"),
-        Column("Closest", number=False),
-        Column("When"),
-        Column("In the domain"),
-        Column("Largest priority"),
-        Column("Mean attention"),
     ]
     rows = [_row(voyage, p) for p in found]
     kept = [i for i in range(len(columns)) if i == 0 or any(row[i] for row in rows)]
@@ -47,14 +47,14 @@ def _row(voyage: Series, passage: Passage) -> list[str]:
         inside = f"{lasting(passage.inside_s)}, danger {passage.deepest:.2f}"
     return [
         ship.name,
-        f"{heading:03d}° {speed:.1f} kn",
-        f"{miles(float(ship.range_m[first]))} {where(float(ship.bearing_rad[first]))}",
-        _cpa(float(ship.dcpa_m[first]), float(ship.tcpa_s[first])),
         describe(passage),
         clock(voyage, passage.closest),
         inside,
         _priority(voyage, passage),
         f"{np.nanmean(ship.attention):.0%}" if ship.has("attention") else "",
+        f"{heading:03d}° {speed:.1f} kn",
+        f"{miles(float(ship.range_m[first]))} {where(float(ship.bearing_rad[first]))}",
+        _cpa(float(ship.dcpa_m[first]), float(ship.tcpa_s[first])),
     ]
 
 

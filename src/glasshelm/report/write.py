@@ -36,8 +36,7 @@ def write_report(
                 missing.append(reason(plate, voyage))
                 continue
             save(figure, folder / "figures" / plate.stem)
-            width, height = figure.get_size_inches()
-            drawn.append((plate, as_svg(figure), width / height))
+            drawn.append((plate, as_svg(figure), float(figure.get_figwidth())))
         first = voyage.frames[0]
         told = page(
             voyage,
