@@ -89,7 +89,10 @@ def advance(
     swing = command - state.rudder_rad
     swing_s = jnp.abs(swing) / ship.rudder_rate_rad_s
     moving = swing_s > 0
-    slope = jnp.where(moving, swing / jnp.where(moving, swing_s, 1.0), 0.0)
+    # The slope is the rate and its side, not swing / swing_s: that is the same number, but its
+    # gradient divides two vanishing ones when the rudder is all but there.
+    rate = jnp.where(jnp.isfinite(ship.rudder_rate_rad_s), ship.rudder_rate_rad_s, 0.0)
+    slope = jnp.where(moving, jnp.sign(swing) * rate, 0.0)
     start = _Yaw(
         state.heading_rad,
         state.rate_of_turn_rad_s,

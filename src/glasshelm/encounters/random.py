@@ -44,13 +44,13 @@ class RandomEncounters:
 
 PAPER = RandomEncounters()
 WIDE = RandomEncounters(
-    target_speed_m_s=(2.5, 7.5),
+    target_speed_m_s=(3.0, 7.0),
     collision_course_rad=(-math.pi, math.pi),
-    time_to_collision_s=(400.0, 2000.0),
-    nearest_spawn_loa=4.0,
-    spawn_danger=-0.25,
-    waypoint_m=(8_000.0, 46_300.0),
-    own_heading_rad=math.radians(30),
+    time_to_collision_s=(500.0, 2000.0),
+    nearest_spawn_loa=5.5,
+    spawn_danger=-0.3,
+    waypoint_m=(10_000.0, 46_300.0),
+    own_heading_rad=math.radians(20),
 )
 
 

@@ -52,24 +52,22 @@ class AnalyticSettings:
     #: A command is held for this many steps while training.
     hold: int = 3
     #: Weight, margin and softness of the penalty on Eq. 13 unclipped.
-    danger_weight: float = 5.0
-    danger_margin: float = 0.15
-    danger_softness: float = 0.04
+    danger_weight: float = 3.0
+    danger_margin: float = 0.3
+    danger_softness: float = 0.06
     #: Cost of the rudder's square and of its change, as fractions of the limit.
-    rudder_cost: float = 0.002
-    swing_cost: float = 0.01
-    #: An encounter that ended in an intrusion is sailed again, at most so often.
-    retries: int = 3
+    rudder_cost: float = 0.01
+    swing_cost: float = 0.05
     #: A voyage's adjoint a is scaled to a / (norm(a) + this): one hopeless
     #: encounter must not outweigh a hundred others.
-    adjoint_scale: float = 100.0
+    adjoint_scale: float = 1500.0
     #: Differentiate through what the actor sees as well.
     feedback: bool = False
     iterations: int = 3000
     learning_rate: float = 1e-3
     gradient_norm: float = 1.0
     #: The pilot that is kept is the moving average of the actor at this rate.
-    average_rate: float = 0.02
+    average_rate: float = 0.01
 
     @property
     def worlds(self) -> int:
@@ -109,7 +107,7 @@ class _Held(eqx.Module):
     worst: Float[Array, "*b"]  # largest margin (Eq. 13 unclipped)
 
 
-def _hold(
+def hold(
     encounter: Encounter,
     state: WorldState,
     action: Float[Array, ""],
@@ -140,8 +138,12 @@ def voyage_return(
     actions: Float[Array, " t"],
     ship: ShipParams,
     settings: AnalyticSettings,
+    own: ShipState | None = None,
+    time_s: Float[Array, ""] | float = 0.0,
 ) -> Float[Array, ""]:
     """Smooth return of one encounter under a fixed sequence of commands (open loop).
+
+    From the encounter's beginning, or from own ship's state at ``time_s``.
 
     The same sum as :func:`sail`'s, but of the ship and the targets alone: what
     she would see on the way is not needed, and is most of the work.
@@ -159,7 +161,9 @@ def voyage_return(
         return (own, time), smooth_reward(bearing, margin, settings)
 
     commands = jnp.repeat(actions, settings.hold)
-    _, rewards = jax.lax.scan(go, (encounter.own, jnp.zeros(())), commands)
+    _, rewards = jax.lax.scan(
+        go, (own or encounter.own, jnp.asarray(time_s, jnp.float32)), commands
+    )
     return rewards.sum() - _rudder_cost(actions, settings)
 
 
@@ -174,22 +178,28 @@ class Voyages(eqx.Module):
         return self.worst > 0
 
 
+class Log(eqx.Module):
+    """What happened on a batch of voyages, decision by decision [t, w]: seen and done."""
+
+    seen: Observation
+    actions: Float[Array, "*t w"]
+
+
 def sail(
     actor: Actor, batch: Encounter, ship: ShipParams, settings: AnalyticSettings
-) -> tuple[Observation, Float[Array, "w t"], Voyages]:
-    """Sail a batch under the actor: what it saw [t, w], what it did [w, t], how it went."""
+) -> tuple[Log, Voyages]:
+    """Sail a batch under the actor."""
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
     def go(state: WorldState, _: None):
         action = actor(state.observation, fleet)
-        after, held = jax.vmap(lambda e, s, a: _hold(e, s, a, ship, settings))(batch, state, action)
-        return after, (state.observation, action, held)
+        after, held = jax.vmap(lambda e, s, a: hold(e, s, a, ship, settings))(batch, state, action)
+        return after, (Log(state.observation, action), held)
 
     start = jax.vmap(lambda e: begin(e, ship))(batch)
-    _, (seen, actions, held) = jax.lax.scan(go, start, None, length=settings.decisions)
-    actions = actions.T
-    returns = held.reward.sum(0) - _rudder_cost(actions, settings)
-    return seen, actions, Voyages(returns, held.worst.max(0))
+    _, (log, held) = jax.lax.scan(go, start, None, length=settings.decisions)
+    returns = held.reward.sum(0) - _rudder_cost(log.actions.T, settings)
+    return log, Voyages(returns, held.worst.max(0))
 
 
 def policy_gradient(
@@ -198,22 +208,23 @@ def policy_gradient(
     """Gradient of the *negative* mean smooth return over the actor, and the voyages sailed."""
     if settings.feedback:
         return _exact_gradient(actor, batch, ship, settings)
-    seen, actions, voyages = sail(actor, batch, ship, settings)
-    adjoint = jax.vmap(jax.grad(lambda a, e: voyage_return(e, a, ship, settings)))(actions, batch)
+    log, voyages = sail(actor, batch, ship, settings)
+    adjoint = jax.vmap(jax.grad(lambda a, e: voyage_return(e, a, ship, settings)))(
+        log.actions.T, batch
+    )
     length = jnp.linalg.norm(adjoint, axis=-1, keepdims=True)
-    adjoint = (adjoint / (length + settings.adjoint_scale)).T  # [t, w], as `seen` is
-
+    pull = adjoint / (length + settings.adjoint_scale)
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
-    def pull(actor: Actor, weight: Float[Array, " w"], now: Observation) -> Float[Array, ""]:
-        return -jnp.mean(weight * actor(now, fleet)) / settings.decisions
+    def loss(actor: Actor, pull: Float[Array, " w"], seen: Observation) -> Float[Array, ""]:
+        return -jnp.mean(pull * actor(seen, fleet))
 
     def add(gradient: Actor, decision: tuple[Float[Array, " w"], Observation]):
-        return jax.tree.map(jnp.add, gradient, jax.grad(pull)(actor, *decision)), None
+        return jax.tree.map(jnp.add, gradient, jax.grad(loss)(actor, *decision)), None
 
     # Decision by decision: the activations of one fit the cache, those of all do not.
     nothing = jax.tree.map(jnp.zeros_like, actor)
-    gradient, _ = jax.lax.scan(add, nothing, (adjoint, seen))
+    gradient, _ = jax.lax.scan(add, nothing, (pull.T, log.seen))
     return gradient, voyages
 
 
@@ -226,7 +237,7 @@ def _exact_gradient(
         @jax.checkpoint
         def go(state: WorldState, _: None):
             action = actor(state.observation, fleet)
-            after, held = jax.vmap(lambda e, s, a: _hold(e, s, a, ship, settings))(
+            after, held = jax.vmap(lambda e, s, a: hold(e, s, a, ship, settings))(
                 batch, state, action
             )
             return after, (action, held)
@@ -246,7 +257,6 @@ class AnalyticState(eqx.Module):
     average: Actor
     optimiser: optax.OptState
     batch: Encounter
-    tries: Int[Array, " w"]
     iteration: Int[Array, ""]
 
 
@@ -256,10 +266,9 @@ def start_training(
     """The state before the first iteration."""
     return AnalyticState(
         actor,
-        actor,
+        jax.tree.map(jnp.copy, actor),
         _optimiser(settings).init(eqx.filter(actor, eqx.is_array)),
         draw_batch(key, ship, settings),
-        jnp.zeros(settings.worlds, jnp.int32),
         jnp.zeros((), jnp.int32),
     )
 
@@ -267,12 +276,7 @@ def start_training(
 def iterate(
     state: AnalyticState, key: PRNGKeyArray, ship: ShipParams, settings: AnalyticSettings
 ) -> tuple[AnalyticState, Voyages]:
-    """One iteration: sail, step the actor, draw the next encounters.
-
-    Encounters that ended in an intrusion stay in the batch for the next
-    iterations (at most ``retries``), in the slot for their number of ships: the
-    batch dwells on what is still hard.
-    """
+    """One iteration: sail, step the actor, draw the next encounters."""
     gradient, voyages = policy_gradient(state.actor, state.batch, ship, settings)
     updates, optimiser = _optimiser(settings).update(gradient, state.optimiser)
     actor = eqx.apply_updates(state.actor, updates)
@@ -281,15 +285,8 @@ def iterate(
     average = jax.tree.map(
         lambda a, b: a + rate * (b - a) if eqx.is_array(a) else a, state.average, actor
     )
-    again = voyages.intruded & (state.tries < settings.retries)
-    fresh = draw_batch(key, ship, settings)
-    batch = jax.tree.map(
-        lambda old, new: jnp.where(again.reshape(-1, *(1,) * (new.ndim - 1)), old, new),
-        state.batch,
-        fresh,
-    )
-    tries = jnp.where(again, state.tries + 1, 0)
-    return AnalyticState(actor, average, optimiser, batch, tries, state.iteration + 1), voyages
+    batch = draw_batch(key, ship, settings)
+    return AnalyticState(actor, average, optimiser, batch, state.iteration + 1), voyages
 
 
 def _optimiser(settings: AnalyticSettings) -> optax.GradientTransformation:

@@ -31,6 +31,8 @@ class TrainConfig:
     critic: CriticTraining = "sum"
     ship: str = "paper"
     seed: int = 0
+    #: A weights file whose actor the training begins with, by path; none: a new actor.
+    start: str | None = None
     actor_sizes: ActorSizes = dataclasses.field(default_factory=ActorSizes)
     critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)
     ddpg: DdpgSettings = dataclasses.field(default_factory=DdpgSettings)

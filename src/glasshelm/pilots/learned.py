@@ -6,13 +6,12 @@ import equinox as eqx
 import jax
 from jaxtyping import Array, Float
 
-from glasshelm.errors import InputError
 from glasshelm.explain.explain import Explanation, cut, explain
 from glasshelm.explain.slots import padded, slots_for
-from glasshelm.learning.checkpoint import CheckpointError, file_sha256, load_tree, read_header
+from glasshelm.learning.checkpoint import file_sha256
+from glasshelm.learning.rebuild import read_networks
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.pilots.rebuild import rebuild
 from glasshelm.pilots.types import Memory
 from glasshelm.world.observe import Observation
 from glasshelm.world.outside import Trained, check_numbers
@@ -73,14 +72,7 @@ _cut = jax.jit(cut, static_argnums=1)
 def read_pilot(path: Path, name: str) -> LearnedPilot:
     """The pilot of a weights file, called ``name``.
 
-    CheckpointError, in one line, if the file is missing, damaged, truncated,
-    not ours, or holds the weights of another architecture.
+    CheckpointError, in one line, if the file cannot be used.
     """
-    try:
-        like, trained = rebuild(read_header(path))
-    except CheckpointError:
-        raise
-    except InputError as error:
-        raise CheckpointError(f"{path}: weights of another architecture: {error}") from None
-    networks = load_tree(path, like)
+    networks, trained = read_networks(path)
     return LearnedPilot(networks.actor, networks.critic, trained, name, file_sha256(path))

@@ -1,11 +1,13 @@
-"""From the header of a weights file to the shape of its networks."""
+"""From a weights file to its networks: the header alone says how they are built."""
 
+from pathlib import Path
 from typing import Any
 
 import equinox as eqx
 import jax
 
 from glasshelm.errors import InputError
+from glasshelm.learning.checkpoint import CheckpointError, load_tree, read_header
 from glasshelm.learning.presets import config_from_dict
 from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
@@ -37,6 +39,21 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
         critic = SubTaskCritic(_sizes(CriticSizes, "critic", _part(header, "critic")), critic_key)
     networks = Networks(make_actor(kind, _sizes(ActorSizes, "actor", actor), actor_key), critic)
     return networks, _trained(header)
+
+
+def read_networks(path: Path) -> tuple[Networks, Trained]:
+    """The networks of a weights file, and what they were trained on.
+
+    CheckpointError, in one line, if the file is missing, damaged, truncated,
+    not ours, or holds the weights of another architecture.
+    """
+    try:
+        like, trained = rebuild(read_header(path))
+    except CheckpointError:
+        raise
+    except InputError as error:
+        raise CheckpointError(f"{path}: weights of another architecture: {error}") from None
+    return load_tree(path, like), trained
 
 
 def _trained(header: dict[str, Any]) -> Trained:
