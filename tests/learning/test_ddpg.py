@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -70,8 +72,6 @@ def test_worlds_that_do_not_fit_the_rows_are_left_out(after_filling):
 
 
 def test_the_learning_rate_may_fall():
-    from dataclasses import replace
-
     falling = replace(SETTINGS, learning_rate_end=0.05)
     weight = jnp.ones(())
 

@@ -1,0 +1,147 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from rich.console import Console
+from safetensors.numpy import load_file
+
+from glasshelm.encounters.random import random_scenario
+from glasshelm.errors import InputError
+from glasshelm.learning.checkpoint import read_header
+from glasshelm.learning.loop import BEST, FINAL, LoopSettings, train
+from glasshelm.learning.presets import preset_named
+from glasshelm.learning.progress import Display
+from glasshelm.learning.records import read_records
+from glasshelm.learning.snapshot import STATE
+from glasshelm.learning.stages import new_actor
+from glasshelm.pilots.learned import read_pilot
+from glasshelm.ships import ship_named
+from glasshelm.world.step import begin
+
+QUIET = LoopSettings(tensorboard=False)
+
+
+class Interrupting(Display):
+    """Presses Ctrl-C when a stage has reached a unit."""
+
+    def __init__(self, stage=None, number=None):
+        super().__init__(Console(quiet=True))
+        self.wanted, self.stage = (stage, number), None
+
+    def begin(self, name, unit, total, done):
+        super().begin(name, unit, total, done)
+        self.stage = name
+
+    def advance(self, number):
+        super().advance(number)
+        if (self.stage, number) == self.wanted:
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.fixture(scope="module", params=["tiny", "tiny-fast"])
+def whole(request, tmp_path_factory):
+    """A training from beginning to end, never interrupted."""
+    folder = tmp_path_factory.mktemp(request.param)
+    assert train(preset_named(request.param), folder, QUIET, False, Interrupting())
+    return request.param, folder
+
+
+def assert_same(first: Path, second: Path):
+    one, two = load_file(first), load_file(second)
+    assert set(one) == set(two)
+    for name, tensor in one.items():
+        assert tensor.tobytes() == two[name].tobytes(), name
+
+
+def assert_same_training(first: Path, second: Path):
+    for name in (BEST, FINAL, STATE):
+        assert_same(first / name, second / name)
+    (replay,) = (p.name for p in first.glob("replay-*.safetensors"))
+    assert_same(first / replay, second / replay)
+
+
+def test_interrupted_and_resumed_is_bit_identical(whole, tmp_path):
+    name, reference = whole
+    config = preset_named(name)
+    stops = [("ddpg", 7), ("ddpg", 53)] if name == "tiny" else [("actor", 17), ("critic", 41)]
+    for number, stop in enumerate(stops):
+        assert not train(config, tmp_path, QUIET, number > 0, Interrupting(*stop))
+    assert train(config, tmp_path, QUIET, True, Interrupting())
+    assert_same_training(reference, tmp_path)
+    numbers = [line["number"] for line in read_records(tmp_path)]
+    assert numbers == [line["number"] for line in read_records(reference)]
+
+
+def test_killed_and_resumed_is_bit_identical(whole, tmp_path):
+    name, reference = whole
+    if name != "tiny":
+        pytest.skip("one subprocess is enough")
+    command = [sys.executable, "-m", "glasshelm", "train", "--preset", name]
+    command += ["--out", str(tmp_path), "--snapshot-s", "0", "--no-tensorboard"]
+    cache = {"JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir)}
+    process = subprocess.Popen(command, env=os.environ | cache, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 240
+    while not (tmp_path / STATE).exists() and time.monotonic() < deadline:
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    assert not (tmp_path / FINAL).exists()
+    assert train(preset_named(name), tmp_path, QUIET, True, Interrupting())
+    assert_same_training(reference, tmp_path)
+
+
+def test_the_log_tells_losses_rates_and_speed(whole):
+    _, folder = whole
+    last = read_records(folder)[-1]
+    for key in ("critic_loss", "intrusions", "collisions_long", "updates_per_s", "env_steps"):
+        assert np.isfinite(last[key])
+    assert "waypoint_correlation" in last
+
+
+def test_the_file_alone_rebuilds_the_pilot(whole):
+    _, folder = whole
+    header = read_header(folder / FINAL)
+    assert json.dumps(header["config"])
+    pilot = read_pilot(folder / FINAL, "final")
+    assert pilot.critic is not None
+    ship = ship_named("paper")
+    seen = begin(random_scenario(0, ship).encounter, ship).observation
+    rudder, _ = pilot.steer(seen, pilot.start())
+    assert -1 < float(rudder) < 1
+
+
+def test_weights_have_moved_and_stay_finite(whole):
+    name, folder = whole
+    trained = load_file(folder / FINAL)
+    untrained = new_actor(preset_named(name)).head.weights[0]
+    assert not np.array_equal(trained["actor.head.weights.0"], np.asarray(untrained))
+    assert all(np.isfinite(tensor).all() for tensor in trained.values())
+
+
+def test_the_time_limit_stops_cleanly_and_can_be_resumed(whole, tmp_path):
+    name, reference = whole
+    config = preset_named(name)
+    assert train(config, tmp_path, LoopSettings(0.0, tensorboard=False), False, Interrupting())
+    assert read_header(tmp_path / FINAL)["summary"]["evaluation"]["stopped_early"]
+    if name == "tiny":
+        assert train(config, tmp_path, QUIET, True, Interrupting())
+        assert_same(reference / FINAL, tmp_path / FINAL)
+
+
+def test_folders_that_cannot_be_used(whole, tmp_path):
+    name, folder = whole
+    config = preset_named(name)
+    with pytest.raises(InputError, match="holds a training"):
+        train(config, folder, QUIET, False, Interrupting())
+    with pytest.raises(InputError, match="no state"):
+        train(config, tmp_path, QUIET, True, Interrupting())
+    with pytest.raises(InputError, match="another configuration"):
+        train(preset_named("paper"), folder, QUIET, True, Interrupting())
