@@ -1,0 +1,64 @@
+# From a fresh clone, with Python 3.11 or newer: `make test`, `make demo`.
+# The environment is made in .venv on first use, from the versions in constraints.txt.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV ?= .venv
+PYTEST_FLAGS ?=
+BIN := $(VENV)/bin
+DEMO := out/demo
+export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: help install test demo bench lint format wheel clean
+
+help:
+	@echo "make test    all tests"
+	@echo "make demo    two explained encounters, each a page to read in the browser"
+	@echo "make bench   measured speeds of this machine"
+	@echo "make lint    ruff and pyright"
+	@echo "make wheel   build the wheel and test it outside the tree"
+
+install: $(VENV)/installed
+
+$(VENV)/installed: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "Python 3.11 or newer is needed: make PYTHON=/path/to/python3.11"; exit 1; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q -e '.[test]'
+	@touch $@
+
+test: install
+	$(BIN)/python -m pytest $(PYTEST_FLAGS)
+
+lint: install
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+
+format: install
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+demo: install
+	$(BIN)/glasshelm explain gulf-of-finland --advise --out $(DEMO)/gulf-of-finland
+	$(BIN)/glasshelm explain imazu:5 --out $(DEMO)/imazu-5
+	@echo
+	@echo "A real own ship and her AIS traffic in the Gulf of Finland, with advice beside what she did:"
+	@echo "  $(CURDIR)/$(DEMO)/gulf-of-finland/report.html"
+	@echo "Imazu case 5, steered by the pilot:"
+	@echo "  $(CURDIR)/$(DEMO)/imazu-5/report.html"
+	@if [ -z "$$CI" ] && [ "$$(uname)" = Darwin -o -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
+	  $(BIN)/python -m webbrowser -t "file://$(CURDIR)/$(DEMO)/gulf-of-finland/report.html"; \
+	  $(BIN)/python -m webbrowser -t "file://$(CURDIR)/$(DEMO)/imazu-5/report.html"; \
+	fi
+
+bench: install
+	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
+
+wheel: install
+	rm -rf dist
+	$(BIN)/python -m build --wheel --outdir dist
+	scripts/test-wheel dist/*.whl $(PYTHON)
+
+clean:
+	rm -rf build dist out .cache .pytest_cache .ruff_cache .hypothesis

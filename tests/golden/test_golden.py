@@ -1,0 +1,28 @@
+import json
+
+import pytest
+from tests.golden.voyages import HERE, VOYAGES
+
+#: What may differ between machines: a metre, a hundredth of most other things.
+TOLERANCE = {"east_m": 1.0, "north_m": 1.0, "heading_deg": 0.1, "relative_bearing_deg": 0.3}
+
+
+@pytest.mark.parametrize("name", VOYAGES)
+def test_voyage_is_the_one_written_down(name):
+    written = json.loads((HERE / f"{name}.json").read_text(encoding="utf-8"))
+    sailed = VOYAGES[name]()
+    assert written.keys() == sailed.keys()
+    assert written["what"] == sailed["what"]
+    assert len(written["every_minute"]) == len(sailed["every_minute"]) == 20
+    for row, now in zip(written["every_minute"], sailed["every_minute"], strict=True):
+        assert row.keys() == now.keys()
+        assert row["time"] == now["time"]
+        for key in row.keys() - {"time"}:
+            difference = abs(row[key] - now[key])
+            if key.endswith("bearing_deg") or key == "heading_deg":
+                difference = min(difference, 360 - difference)
+            assert difference <= TOLERANCE.get(key, 0.01), (row["time"], key, row[key], now[key])
+
+
+def test_every_written_voyage_is_sailed():
+    assert {path.stem for path in HERE.glob("*.json")} == set(VOYAGES)

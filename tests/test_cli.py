@@ -1,0 +1,93 @@
+import importlib.util
+import subprocess
+import sys
+import time
+
+import pytest
+
+from glasshelm import __version__
+from glasshelm.cli import COMMANDS, main
+
+HEAVY = ("jax", "numpy", "matplotlib", "equinox", "tyro", "pyproj", "scipy")
+
+
+def glasshelm(*args: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "glasshelm", *args], capture_output=True, text=True, timeout=120
+    )
+
+
+def test_help_names_every_command(capsys):
+    for args in ([], ["-h"], ["--help"]):
+        assert main(args) == 0
+        out = capsys.readouterr().out
+        for command, line in COMMANDS.items():
+            assert f"  {command}" in out
+            assert line in out
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"glasshelm {__version__}\n"
+
+
+def test_unknown_command_is_one_line_and_status_2(capsys):
+    assert main(["fly"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith("glasshelm: unknown command 'fly': choose one of ")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_exists_and_tells_its_options(command):
+    assert importlib.util.find_spec(f"glasshelm.cli.{command}") is not None
+    done = glasshelm(command, "--help")
+    assert done.returncode == 0, done.stderr
+    assert "usage: glasshelm" in done.stdout
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from glasshelm.cli import main; main(['--help']); "
+        f"print([m for m in {HEAVY!r} if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]", done.stdout + done.stderr
+
+
+def test_help_starts_fast():
+    """Under 0.3 s, or under five bare starts of the interpreter on a busy machine."""
+
+    def best(*args: str) -> float:
+        times = []
+        for _ in range(3):
+            start = time.perf_counter()
+            subprocess.run([sys.executable, *args], capture_output=True, timeout=60, check=True)
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    assert best("-m", "glasshelm", "--help") < max(0.3, 5 * best("-c", "pass"))
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("run", "nowhere:7"),
+        ("run", "imazu:99"),
+        ("run", "imazu:5", "--pilot", "no-such-pilot"),
+        ("explain", "no/such/file.json"),
+    ],
+)
+def test_bad_input_is_one_clear_line(args, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "glasshelm", *args],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert done.stderr.startswith("glasshelm: ")
+    assert done.stderr.count("\n") == 1
