@@ -12,6 +12,7 @@ from glasshelm.learning.analytic import (
     draw_batch,
     policy_gradient,
     sail,
+    ship_at,
     smooth_reward,
     voyage_return,
 )
@@ -145,3 +146,15 @@ def test_one_step_along_the_gradient_raises_the_return(feedback):
     middle = float(voyages.returns.mean())
     assert float(better) > middle + 1e-3
     assert float(worse) < middle - 1e-3
+
+
+def test_the_ship_changes_gradually_into_the_one_trained_for():
+    large, paper = SHIPS["large_ship"], SHIPS["paper"]
+    settings = dataclasses.replace(SETTINGS, from_ship="paper", blend=(10, 30))
+    before, middle, after = (ship_at(jnp.int32(i), large, settings) for i in (0, 20, 99))
+    assert float(before.gain_1_s) == pytest.approx(paper.gain_1_s)
+    assert float(before.time_constant_s) == pytest.approx(paper.time_constant_s)
+    assert float(middle.time_constant_s) == pytest.approx((11.10 * 141.0) ** 0.5)
+    assert float(after.gain_1_s) == pytest.approx(large.gain_1_s)
+    assert before.rudder_rate_rad_s == large.rudder_rate_rad_s
+    assert ship_at(jnp.int32(0), large, SETTINGS) is large

@@ -27,7 +27,7 @@ from glasshelm.encounters.types import Encounter
 from glasshelm.geometry import Vector, direction, wrap_angle
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.fleet import Packed
-from glasshelm.ships import ShipParams, ShipState, advance
+from glasshelm.ships import ShipParams, ShipState, advance, ship_named
 from glasshelm.world.observe import Observation, waypoint_bearing_rad
 from glasshelm.world.rewards import course_reward
 from glasshelm.world.step import (
@@ -61,6 +61,10 @@ class AnalyticSettings:
     #: A voyage's adjoint a is scaled to a / (norm(a) + this): one hopeless
     #: encounter must not outweigh a hundred others.
     adjoint_scale: float = 1500.0
+    #: Begin with this preset ship and change her gradually into the one that is
+    #: trained for, K and T on a logarithmic scale, between these iterations.
+    from_ship: str | None = None
+    blend: tuple[int, int] = (0, 450)
     #: Differentiate through what the actor sees as well.
     feedback: bool = False
     iterations: int = 3000
@@ -277,6 +281,7 @@ def iterate(
     state: AnalyticState, key: PRNGKeyArray, ship: ShipParams, settings: AnalyticSettings
 ) -> tuple[AnalyticState, Voyages]:
     """One iteration: sail, step the actor, draw the next encounters."""
+    ship = ship_at(state.iteration, ship, settings)
     gradient, voyages = policy_gradient(state.actor, state.batch, ship, settings)
     updates, optimiser = _optimiser(settings).update(gradient, state.optimiser)
     actor = eqx.apply_updates(state.actor, updates)
@@ -287,6 +292,23 @@ def iterate(
     )
     batch = draw_batch(key, ship, settings)
     return AnalyticState(actor, average, optimiser, batch, state.iteration + 1), voyages
+
+
+def ship_at(iteration: Int[Array, ""], ship: ShipParams, settings: AnalyticSettings) -> ShipParams:
+    """The ship that an iteration sails: on her way from ``settings.from_ship`` to ``ship``."""
+    if settings.from_ship is None:
+        return ship
+    first, (begin_at, end_at) = ship_named(settings.from_ship), settings.blend
+    done = jnp.clip((iteration - begin_at) / max(end_at - begin_at, 1), 0.0, 1.0)
+
+    def between(a: float | Float[Array, ""], b: float | Float[Array, ""]) -> Float[Array, ""]:
+        return jnp.exp((1 - done) * jnp.log(a) + done * jnp.log(b))
+
+    return dataclasses.replace(
+        ship,
+        gain_1_s=between(first.gain_1_s, ship.gain_1_s),
+        time_constant_s=between(first.time_constant_s, ship.time_constant_s),
+    )
 
 
 def _optimiser(settings: AnalyticSettings) -> optax.GradientTransformation:

@@ -57,7 +57,7 @@ PRESETS: dict[str, TrainConfig] = {
     "fast": TrainConfig(
         "fast",
         "analytic",
-        actor_sizes=ActorSizes((64, 64, 64), (64, 64), (32, 32), "fine"),
+        actor_sizes=_FINE_ACTOR,
         critic_sizes=_FINE_CRITIC,
         critic="heads",
         ddpg=DdpgSettings(

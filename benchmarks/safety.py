@@ -1,0 +1,132 @@
+"""How safe are the pilots? Random encounters of the paper and the Imazu cases.
+
+    python benchmarks/safety.py [--pilots NAME ...] [--encounters 10000]
+
+Prints Markdown tables: intrusions (Eq. 13 > 0 at any step) and collisions
+(centre distance below own ship's length) over 1200 s and 2400 s with 95 %
+Clopper-Pearson intervals, by number of ships, and the Imazu cases. A pilot is
+sailed on the ship that it was trained for; ``straight`` on both.
+"""
+
+import argparse
+import time
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from rich.progress import track
+from scipy.stats import beta
+
+from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
+from glasshelm.encounters.random import PAPER, random_encounter
+from glasshelm.learning.evaluate import sail_set
+from glasshelm.pilots.catalogue import bundled, pilot_named
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.pilots.types import Pilot
+from glasshelm.ships import SHIPS, ShipParams
+from glasshelm.world.observe import Observation
+
+SEED = 7_000_000  # never a training's or an evaluation set's
+CHUNK = 500
+SHORT, LONG = 240, 480
+
+
+class Batched(eqx.Module):
+    """A pilot without memory on a batch of observations."""
+
+    pilot: Pilot
+
+    def __call__(self, seen: Observation):
+        return jax.vmap(lambda s: self.pilot.steer(s, ())[0])(seen)
+
+
+def interval(events: int, of: int) -> tuple[float, float]:
+    """95 % Clopper-Pearson interval of a rate."""
+    low = beta.ppf(0.025, events, of - events + 1) if events else 0.0
+    high = beta.ppf(0.975, events + 1, of - events) if events < of else 1.0
+    return float(low), float(high)
+
+
+def rate(events: np.ndarray) -> str:
+    count, of = int(events.sum()), events.size
+    low, high = interval(count, of)
+    return f"{100 * count / of:.2f} % [{100 * low:.2f}, {100 * high:.2f}]"
+
+
+def sail_random(pilot: Pilot, ship: ShipParams, number: int, name: str) -> dict[str, np.ndarray]:
+    """Margins and ranges [2, number] (short, long), mean rudder, returns, number of ships."""
+    draw = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))
+    parts = []
+    for chunk in track(range(0, number, CHUNK), description=name):
+        keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(SEED), i))(
+            chunk + jnp.arange(CHUNK)
+        )
+        found = sail_set(Batched(pilot), draw(keys), ship, SHORT, LONG)
+        parts.append({key: np.asarray(value) for key, value in vars(found).items()})
+    return {key: np.concatenate([p[key] for p in parts], axis=_axis(key)) for key in parts[0]}
+
+
+def _axis(key: str) -> int:
+    return 1 if key in ("margin", "range_m") else 0
+
+
+def sail_imazu(pilot: Pilot, ship: ShipParams) -> dict[str, tuple[float, float]]:
+    """Worst margin and nearest range [m] of every case, 3600 s at TCPA 1800 s."""
+    found = {}
+    for case in imazu_cases():
+        one = imazu_scenario(case, ship).encounter
+        batch = jax.tree.map(lambda x: jnp.asarray(x)[None], one)
+        voyage = sail_set(Batched(pilot), batch, ship, 480, 720)
+        found[case] = (float(voyage.margin[1, 0]), float(voyage.range_m[1, 0]))
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pilots", nargs="*", default=None)
+    parser.add_argument("--encounters", type=int, default=10_000)
+    arguments = parser.parse_args()
+    rows, by_ships, imazu = [], [], []
+    for name in arguments.pilots or ["straight", *bundled()]:
+        pilot = pilot_named(name)
+        ships = SHIPS if isinstance(pilot, StraightPilot) else {"": pilot.trained.ship}
+        digest = (getattr(pilot, "weights_sha256", None) or "")[:8]
+        for ship_name, ship in ships.items():
+            label = f"{name} ({ship_name})" if ship_name else f"{name} `{digest}`"
+            began = time.monotonic()
+            found = sail_random(pilot, ship, arguments.encounters, label)
+            intruded, collided = found["margin"] > 0, found["range_m"] < ship.loa_m
+            returns = found["return_by_task"].sum(-1).mean()
+            near = np.percentile(found["range_m"][1][found["ships"] > 0], 5)
+            rows.append(
+                f"| {label} | {rate(intruded[0])} | {rate(collided[0])} | {rate(intruded[1])} | "
+                f"{rate(collided[1])} | {near:.0f} | {returns:.1f} | {found['rudder'].mean():.2f} |"
+            )
+            cells = [rate(intruded[1][found["ships"] == n]) for n in range(1, 7)]
+            by_ships.append(f"| {label} | " + " | ".join(cells) + " |")
+            cases = sail_imazu(pilot, ship)
+            plain = [c for c in cases if not c.endswith("b")]
+            bad = [f"{c} ({cases[c][0]:.2f})" for c in cases if cases[c][0] > 0]
+            hit = sum(cases[c][1] < ship.loa_m for c in plain)
+            into = sum(cases[c][0] > 0 for c in plain)
+            imazu.append(f"| {label} | {hit} of 22 | {into} of 22 | {', '.join(bad) or '–'} |")
+            print(f"{label}: {time.monotonic() - began:.0f} s", flush=True)
+    print(
+        "\n| pilot | intrusions 1200 s | collisions 1200 s | intrusions 2400 s | "
+        "collisions 2400 s | nearest, 5th percentile [m] | return (1200 s) | mean rudder |\n"
+        "|---|---|---|---|---|---|---|---|"
+    )
+    print("\n".join(rows))
+    print("\nIntrusions over 2400 s by number of ships:\n")
+    print("| pilot | 1 | 2 | 3 | 4 | 5 | 6 |\n|---|---|---|---|---|---|---|")
+    print("\n".join(by_ships))
+    print(
+        "\nImazu at 10 kn, TCPA 1800 s, 3600 s:\n\n| pilot | collide | intrude | "
+        "cases intruded (depth of Eq. 13) |\n|---|---|---|---|"
+    )
+    print("\n".join(imazu))
+
+
+if __name__ == "__main__":
+    main()
