@@ -48,8 +48,8 @@ def observation(ships: int, seed: int = 0) -> Observation:
     return Observation(seen.waypoint, seen.targets[:ships], seen.present[:ships])
 
 
-def write_weights(path: Path, kind: str = "attention", critic: bool = True, **header) -> str:
-    """A weights file of an untrained pilot as training writes them; ``header`` replaces parts."""
+def write_weights(path: Path, kind: str = "attention", critic: bool = True, **other) -> str:
+    """Write an untrained pilot as training does; ``other_x`` is put for x in the header."""
     pilot = untrained(kind, critic)
     described = {
         "actor": {"kind": kind, **dataclasses.asdict(ACTOR)},
@@ -57,4 +57,5 @@ def write_weights(path: Path, kind: str = "attention", critic: bool = True, **he
         "ship": "paper",
     }
     tree = {"actor": pilot.actor, "critic": pilot.critic}
-    return save_tree(path, tree, described | header)
+    replaced = {name.removeprefix("other_"): part for name, part in other.items()}
+    return save_tree(path, tree, described | replaced)

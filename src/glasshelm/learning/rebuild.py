@@ -1,10 +1,14 @@
 """From a weights file to its networks: the header alone says how they are built."""
 
+import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
+import msgspec
+import numpy as np
 
 from glasshelm.errors import InputError
 from glasshelm.learning.checkpoint import CheckpointError, load_tree, read_header
@@ -13,6 +17,8 @@ from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.ships import ShipParams, check_ship, ship_named
 from glasshelm.world.outside import Trained
+
+Sizes = TypeVar("Sizes", ActorSizes, CriticSizes)
 
 
 class Networks(eqx.Module):
@@ -23,7 +29,7 @@ class Networks(eqx.Module):
 
 
 def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
-    """Untrained networks of the sizes in a header, and what they were trained on.
+    """Blank networks of the sizes in a header, and what they were trained on.
 
     ``header["actor"]`` has ``kind`` and the fields of :class:`ActorSizes`,
     ``header["critic"]`` those of :class:`CriticSizes` or is ``null``,
@@ -33,12 +39,21 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
     """
     actor = dict(_part(header, "actor"))
     kind = actor.pop("kind", None)
-    actor_key, critic_key = jax.random.split(jax.random.key(0))
-    critic = None
+    actor_sizes = _sizes(ActorSizes, "actor", actor)
+    critic_sizes = None
     if header.get("critic") is not None:
-        critic = SubTaskCritic(_sizes(CriticSizes, "critic", _part(header, "critic")), critic_key)
-    networks = Networks(make_actor(kind, _sizes(ActorSizes, "actor", actor), actor_key), critic)
-    return networks, _trained(header)
+        critic_sizes = _sizes(CriticSizes, "critic", _part(header, "critic"))
+
+    def build() -> Networks:
+        key = jax.random.key(0)
+        critic = None if critic_sizes is None else SubTaskCritic(critic_sizes, key)
+        return Networks(make_actor(kind, actor_sizes, key), critic)
+
+    def blank(leaf: jax.ShapeDtypeStruct) -> jax.Array:
+        return jnp.asarray(np.zeros(leaf.shape, leaf.dtype))
+
+    # Only the shapes are needed: nothing is drawn, nothing compiled.
+    return jax.tree.map(blank, eqx.filter_eval_shape(build)), _trained(header)
 
 
 def read_networks(path: Path) -> tuple[Networks, Trained]:
@@ -58,10 +73,7 @@ def read_networks(path: Path) -> tuple[Networks, Trained]:
 
 def _trained(header: dict[str, Any]) -> Trained:
     name = header.get("ship")
-    if isinstance(name, str):
-        ship = ship_named(name)
-    else:
-        ship = check_ship(_sizes(ShipParams, "ship", _part(header, "ship")))
+    ship = ship_named(name) if isinstance(name, str) else _ship(_part(header, "ship"))
     if header.get("config") is None:
         return Trained(ship)
     config = config_from_dict(_part(header, "config"))
@@ -76,8 +88,27 @@ def _part(header: dict[str, Any], name: str) -> dict[str, Any]:
     return part
 
 
-def _sizes(kind: Any, name: str, part: dict[str, Any]) -> Any:
+def _sizes(kind: type[Sizes], name: str, part: dict[str, Any]) -> Sizes:
+    """Layer widths from their fields in a header; InputError if they are not its fields."""
+    unknown = sorted(set(part) - {field.name for field in dataclasses.fields(kind)})
+    if unknown:
+        raise _unfit(name, f"unknown field {unknown[0]!r}")
     try:
-        return kind(**{k: tuple(v) if isinstance(v, list) else v for k, v in part.items()})
-    except TypeError as error:
-        raise InputError(f"the header's {name!r} does not fit this version ({error})") from None
+        sizes = msgspec.convert(part, kind)
+    except msgspec.ValidationError as error:
+        raise _unfit(name, str(error)) from None
+    widths = [w for value in dataclasses.astuple(sizes) if isinstance(value, tuple) for w in value]
+    if min(widths, default=1) < 1:
+        raise _unfit(name, f"a layer of width {min(widths)}")
+    return sizes
+
+
+def _ship(part: dict[str, Any]) -> ShipParams:
+    try:
+        return check_ship(ShipParams(**msgspec.convert(part, dict[str, float])))
+    except (msgspec.ValidationError, TypeError) as error:
+        raise _unfit("ship", str(error)) from None
+
+
+def _unfit(name: str, why: str) -> InputError:
+    return InputError(f"the header's {name!r} does not fit this version ({why})")

@@ -1,0 +1,86 @@
+"""How long a decision with its whole explanation takes, on one core.
+
+    python benchmarks/explain_latency.py [--pilot NAME] [--calls 1000]
+
+Times ``pilot.decide(observation)`` as a user calls it: checks, padding, actor,
+values, priorities, attention, intention, sweep over 21 rudders, result ready.
+Without a pilot the networks have the paper's sizes (Tables A.1-A.5, attention
+actor) and random weights, which cost the same. Prints rows of a Markdown table.
+"""
+
+import argparse
+import os
+import platform
+import time
+from pathlib import Path
+
+if hasattr(os, "sched_setaffinity"):
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+os.environ["JAX_PLATFORMS"] = "cpu"
+
+import jax
+import numpy as np
+
+from glasshelm.encounters.random import RandomEncounters, random_encounter
+from glasshelm.networks.actors import ActorSizes, AttentionActor
+from glasshelm.networks.critics import CriticSizes, SubTaskCritic
+from glasshelm.pilots.catalogue import load
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.world.observe import Observation
+from glasshelm.world.outside import Trained
+from glasshelm.world.step import begin
+
+HEAD = "| pilot | ships | p50 [ms] | p99 [ms] | calls | machine |\n|---|---|---|---|---|---|"
+
+
+def paper_sized() -> LearnedPilot:
+    """Networks of the paper's sizes with random weights."""
+    actor_key, critic_key = jax.random.split(jax.random.key(0))
+    return LearnedPilot(
+        AttentionActor(ActorSizes(), actor_key),
+        SubTaskCritic(CriticSizes(), critic_key),
+        Trained(),
+        "paper sizes",
+    )
+
+
+def observation(pilot: LearnedPilot, ships: int) -> Observation:
+    """A random encounter of so many ships at its start, held by the host as a feed would."""
+    ship, settings = pilot.trained.ship, RandomEncounters(targets=(ships, ships))
+    state = begin(random_encounter(jax.random.key(1), ship, settings), ship)
+    return jax.device_get(state.observation)
+
+
+def measure(pilot: LearnedPilot, ships: int, calls: int) -> str:
+    """One row of the table."""
+    seen = observation(pilot, ships)
+    for _ in range(20):
+        jax.block_until_ready(pilot.decide(seen))
+    took = np.empty(calls)
+    for i in range(calls):
+        before = time.perf_counter()
+        jax.block_until_ready(pilot.decide(seen))
+        took[i] = time.perf_counter() - before
+    p50, p99 = 1e3 * np.percentile(took, [50, 99])
+    return f"| {pilot.name} | {ships} | {p50:.2f} | {p99:.2f} | {calls} | {machine()}, 1 core |"
+
+
+def machine() -> str:
+    """The processor's name."""
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--pilot", help="a bundled pilot or a .safetensors file")
+    parser.add_argument("--calls", type=int, default=1000)
+    args = parser.parse_args()
+    steersman = load(args.pilot) if args.pilot else paper_sized()
+    print(HEAD)
+    for count in (6, 20):
+        print(measure(steersman, count, args.calls))

@@ -1,0 +1,151 @@
+import subprocess
+import sys
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tests.untrained import SHIP, observation, untrained, write_weights
+
+import glasshelm
+from glasshelm.encounters.random import PAPER
+from glasshelm.errors import InputError
+from glasshelm.learning.checkpoint import CheckpointError, save_tree
+from glasshelm.learning.presets import PRESETS, config_to_dict
+from glasshelm.pilots import catalogue, learned
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.pilots.types import Pilot
+
+
+@pytest.fixture
+def weights(tmp_path):
+    path = tmp_path / "mine.safetensors"
+    write_weights(path)
+    return path
+
+
+def one_line(caught) -> str:
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+@pytest.mark.parametrize(("kind", "critic"), [("attention", True), ("sum", True), ("sum", False)])
+def test_weights_come_back_as_they_went(tmp_path, kind, critic):
+    path = tmp_path / f"{kind}.safetensors"
+    sha = write_weights(path, kind, critic)
+    pilot, original = glasshelm.load(path), untrained(kind, critic)
+    assert isinstance(pilot, Pilot)
+    assert (pilot.name, pilot.weights_sha256) == (kind, sha)
+    assert (pilot.critic is None) == (not critic)
+    assert eqx.tree_equal((pilot.actor, pilot.critic), (original.actor, original.critic))
+    assert pilot.trained.ship == SHIP
+
+
+def test_decision_is_the_actors_and_within_the_rudder_limit(weights):
+    pilot = glasshelm.load(str(weights))
+    steer = eqx.filter_jit(lambda seen: pilot.steer(seen, pilot.start())[0])
+    for ships in (0, 3):
+        seen = observation(ships)
+        decided = pilot.decide(seen)
+        action = steer(seen)
+        np.testing.assert_allclose(decided.action, action, atol=1e-6)
+        np.testing.assert_allclose(decided.rudder_rad, action * SHIP.rudder_limit_rad, atol=1e-6)
+        assert abs(float(decided.rudder_rad)) <= SHIP.rudder_limit_rad
+        assert decided.explanation.value.by_ship.shape == (ships,)
+
+
+def test_more_ships_within_the_same_slots_compile_nothing():
+    pilot = untrained()
+    pilot.decide(observation(4))
+    before = learned._decide._cached._cache_size()
+    pilot.decide(observation(3))
+    assert learned._decide._cached._cache_size() == before
+
+
+def test_a_number_that_is_none_is_named():
+    pilot, seen = untrained(), observation(3)
+    bad = eqx.tree_at(lambda o: o.targets, seen, seen.targets.at[1, 2, 4].set(jnp.nan))
+    with pytest.raises(InputError, match=r"ship 2 .*vy") as caught:
+        pilot.decide(bad)
+    one_line(caught)
+    bad = eqx.tree_at(lambda o: o.waypoint, seen, seen.waypoint.at[0, 1].set(jnp.inf))
+    with pytest.raises(InputError, match=r"waypoint .*dy"):
+        pilot.decide(bad)
+    empty = eqx.tree_at(lambda o: o.present, seen, jnp.zeros(3, bool))
+    hidden = eqx.tree_at(lambda o: o.targets, empty, jnp.full_like(seen.targets, jnp.nan))
+    assert np.isfinite(pilot.decide(hidden).rudder_rad)
+
+
+def test_an_unknown_pilot_is_answered_with_the_known_ones(monkeypatch, tmp_path):
+    write_weights(tmp_path / "bundled-one.safetensors")
+    monkeypatch.setattr(catalogue, "WEIGHTS", tmp_path)
+    with pytest.raises(
+        InputError, match=r"unknown pilot 'nobody'.*bundled-one, straight"
+    ) as caught:
+        catalogue.pilot_named("nobody")
+    one_line(caught)
+    assert catalogue.pilot_named("bundled-one").name == "bundled-one"
+    assert isinstance(catalogue.pilot_named("straight"), StraightPilot)
+    with pytest.raises(InputError, match="unknown pilot 'straight': choose one of bundled-one"):
+        catalogue.load("straight")
+
+
+def test_missing_damaged_and_truncated_files(weights):
+    with pytest.raises(CheckpointError, match="no such weights file"):
+        glasshelm.load(weights.with_name("none.safetensors"))
+    whole = weights.read_bytes()
+    for bad in (b"", whole[:5], whole[:300], whole[:-7], b"\x00" * 100, b"pickle" * 100):
+        weights.write_bytes(bad)
+        with pytest.raises(CheckpointError, match=r"mine\.safetensors: damaged") as caught:
+            glasshelm.load(weights)
+        one_line(caught)
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ({"actor": {"kind": "transformer"}}, "unknown actor 'transformer'"),
+        ({"actor": {"kind": "sum", "layers": 3}}, "'actor' does not fit this version"),
+        ({"actor": {"kind": "sum"}}, "tensor"),
+        ({"actor": None}, "no 'actor'"),
+        ({"critic": None}, "unexpected tensor critic"),
+        ({"critic": {"hidden": [7]}}, "tensor critic"),
+        ({"critic": {"hidden": "wide"}}, "'critic' does not fit this version"),
+        ({"critic": {"hidden": [-4]}}, "a layer of width -4"),
+        ({"ship": "canoe"}, "unknown ship 'canoe'"),
+        ({"ship": {"gain_1_s": 0.1}}, "'ship' does not fit this version"),
+        ({"ship": {"gain_1_s": "much"}}, "'ship' does not fit this version"),
+        ({"config": {"preset": 3}}, "bad training configuration"),
+    ],
+)
+def test_another_architecture_is_told_in_one_line(tmp_path, header, said):
+    path = tmp_path / "other.safetensors"
+    write_weights(path, **{f"other_{name}": part for name, part in header.items()})
+    with pytest.raises(CheckpointError, match="weights of another architecture") as caught:
+        glasshelm.load(path)
+    assert said in one_line(caught)
+    assert "other.safetensors" in one_line(caught)
+
+
+def test_a_file_of_other_tensors_is_not_a_pilot(tmp_path):
+    path = tmp_path / "state.safetensors"
+    save_tree(path, {"state": jnp.zeros(3)}, {"place": 1})
+    with pytest.raises(CheckpointError, match="no 'actor'"):
+        glasshelm.load(path)
+
+
+def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
+    path = tmp_path / "trained.safetensors"
+    config = PRESETS["paper"]
+    write_weights(path, other_config=config_to_dict(config))
+    pilot = glasshelm.load(path)
+    assert pilot.trained.encounters == PAPER
+    assert pilot.trained.world == config.ddpg.world
+
+
+def test_importing_the_package_imports_no_jax():
+    code = "import glasshelm, sys; assert 'jax' not in sys.modules; glasshelm.load"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    with pytest.raises(AttributeError, match="has no attribute 'lode'"):
+        glasshelm.lode  # noqa: B018
