@@ -28,7 +28,9 @@ NEAR = RandomEncounters(
     nearest_spawn_loa=2.0,
     spawn_danger=-0.1,
 )
-SETTINGS = AnalyticSettings(worlds_by_count=(1, 2, 2), encounters=NEAR, decisions=8)
+SETTINGS = AnalyticSettings(
+    worlds_by_count=(1, 2, 2), encounters=NEAR, decisions=8, rudder_pull=0.0
+)
 ACTOR = make_actor(
     "attention",
     ActorSizes(encoder=(16, 12), head=(12,), attention=(8,), lens="fine"),
@@ -158,3 +160,17 @@ def test_the_ship_changes_gradually_into_the_one_trained_for():
     assert float(after.gain_1_s) == pytest.approx(large.gain_1_s)
     assert before.rudder_rate_rad_s == large.rudder_rate_rad_s
     assert ship_at(jnp.int32(0), large, SETTINGS) is large
+
+
+def test_rudder_pull_asks_for_less_rudder():
+    plain, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, SETTINGS)
+    settings = dataclasses.replace(SETTINGS, rudder_pull=0.5)
+    pulled, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, settings)
+    seen = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)[0].seen
+
+    def rudder(actor):
+        return float((rudders_of(actor, seen) ** 2).mean())
+
+    extra = jax.tree.map(jnp.subtract, pulled, plain)
+    small = 0.01 / inner(extra, extra) ** 0.5
+    assert rudder(moved(ACTOR, extra, -small)) < rudder(ACTOR) < rudder(moved(ACTOR, extra, small))

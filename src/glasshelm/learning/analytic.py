@@ -58,6 +58,9 @@ class AnalyticSettings:
     #: Cost of the rudder's square and of its change, as fractions of the limit.
     rudder_cost: float = 0.01
     swing_cost: float = 0.05
+    #: Pull of every rudder towards amidships, beside the adjoint's. The adjoint does
+    #: not know that the actor will answer to what it sees, and alone it oversteers.
+    rudder_pull: float = 0.002
     #: A voyage's adjoint a is scaled to a / (norm(a) + this): one hopeless
     #: encounter must not outweigh a hundred others.
     adjoint_scale: float = 1500.0
@@ -221,7 +224,8 @@ def policy_gradient(
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
     def loss(actor: Actor, pull: Float[Array, " w"], seen: Observation) -> Float[Array, ""]:
-        return -jnp.mean(pull * actor(seen, fleet))
+        action = actor(seen, fleet)
+        return jnp.mean(settings.rudder_pull * action**2 - pull * action)
 
     def add(gradient: Actor, decision: tuple[Float[Array, " w"], Observation]):
         return jax.tree.map(jnp.add, gradient, jax.grad(loss)(actor, *decision)), None
