@@ -9,14 +9,15 @@ import pytest
 from glasshelm.learning.ddpg import Rows, learn, optimiser, packed_rows
 from glasshelm.learning.presets import preset_named
 from glasshelm.learning.replay import gather
-from glasshelm.learning.stages import DdpgStage
+from glasshelm.learning.stages import DdpgStage, new_actor
 
 
 @pytest.fixture(scope="module")
 def after_filling():
     """The tiny preset's state after filling and a few updates, and a batch of it."""
-    stage = DdpgStage(preset_named("tiny"))
-    state = stage.begin(None)
+    config = preset_named("tiny")
+    stage = DdpgStage(config)
+    state = stage.begin(new_actor(config))
     for number in range(25):
         state, _ = stage.advance(state, number)
     ticks = jnp.arange(12)

@@ -12,6 +12,7 @@ import pytest
 from rich.console import Console
 from safetensors.numpy import load_file
 
+from glasshelm.cli.train import run
 from glasshelm.encounters.random import random_scenario
 from glasshelm.errors import InputError
 from glasshelm.learning.checkpoint import read_header
@@ -145,3 +146,18 @@ def test_folders_that_cannot_be_used(whole, tmp_path):
         train(config, tmp_path, QUIET, True, Interrupting())
     with pytest.raises(InputError, match="another configuration"):
         train(preset_named("paper"), folder, QUIET, True, Interrupting())
+
+
+def test_critics_alone_for_an_actor_that_is_there(whole, tmp_path):
+    name, folder = whole
+    if name != "tiny-fast":
+        pytest.skip("of the preset with an actor stage")
+    begun = folder / BEST
+    overrides = (f"start={begun}", "analytic.iterations=0", "ddpg.env_steps=300")
+    run(name, out=tmp_path, overrides=overrides, tensorboard=False)
+    before, after = load_file(begun), load_file(tmp_path / FINAL)
+    actor = [key for key in before if key.startswith("actor.")]
+    assert actor
+    for key in actor:
+        np.testing.assert_array_equal(before[key], after[key])
+    assert read_header(tmp_path / FINAL)["config"]["start"] == BEST

@@ -35,6 +35,8 @@ def run(
         resume: Go on with the training in OUT, with the configuration it began with.
         minutes: Stop cleanly after so many minutes.
         overrides: Any other field of the configuration: ddpg.batch=512 actor_sizes.lens=fine.
+            start=FILE begins with the actor of a weights file; with analytic.iterations=0
+            the preset fast then learns critics for it and nothing else.
         snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
     """

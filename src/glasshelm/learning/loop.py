@@ -68,7 +68,7 @@ class Training:
         resumed = None if self.state is None else self._step()
         records = Records(self.folder, resumed, self.loop.tensorboard)
         if self.state is None:
-            self.state = self.stages[0].begin(None)
+            self.state = self.stages[0].begin(self.kept)
         with _interrupts() as interrupted:
             try:
                 while self.place.stage < len(self.stages):

@@ -78,13 +78,16 @@ def load_snapshot(folder: Path, state: Any, kept: Actor) -> tuple[Any, Actor]:
 
 
 def pilot_header(config: TrainConfig, critic: SubTaskCritic | None, summary: dict[str, Any]):
-    """The header from which :func:`glasshelm.pilots.rebuild.rebuild` makes the networks."""
+    """The header from which :func:`glasshelm.learning.rebuild.rebuild` makes the networks."""
+    described = config_to_dict(config)
+    if config.start is not None:
+        described["start"] = Path(config.start).name  # where it lay is nobody's business
     return {
         "version": __version__,
         "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
         "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),
         "ship": config.ship,
-        "config": config_to_dict(config),
+        "config": described,
         "summary": summary,
     }
 

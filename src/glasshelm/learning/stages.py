@@ -38,8 +38,8 @@ class Stage(Protocol):
     env_steps_per_unit: int
     evaluate_every: int
 
-    def begin(self, actor: Actor | None) -> State:
-        """The first state; ``actor`` is the pilot of the stage before, if there was one."""
+    def begin(self, actor: Actor) -> State:
+        """The first state; ``actor`` is the pilot of the stage before, or that of the beginning."""
         ...
 
     def advance(self, state: State, number: int) -> tuple[State, Told]:
@@ -68,8 +68,8 @@ class ActorStage:
         self.evaluate_every = config.evaluate_every[0]
         self._config = config
 
-    def begin(self, actor: Actor | None) -> AnalyticState:
-        return _start(new_actor(self._config) if actor is None else actor, self._config)
+    def begin(self, actor: Actor) -> AnalyticState:
+        return _start(actor, self._config)
 
     def advance(self, state: AnalyticState, number: int) -> tuple[AnalyticState, Voyages]:
         return _iterate(state, self._config)
@@ -106,13 +106,11 @@ class DdpgStage:
         self._config = config
         self._pool: tuple[int, Pool] | None = None
 
-    def begin(self, actor: Actor | None) -> DdpgState:
+    def begin(self, actor: Actor) -> DdpgState:
         config = self._config
-        start = new_actor(config) if actor is None else actor
-        start = jax.tree.map(jnp.copy, start)  # the program uses up its own copy
         key = jax.random.fold_in(jax.random.key(config.seed), 4)
         critic = jax.jit(SubTaskCritic, static_argnums=0)(config.critic_sizes, key)
-        return begin_ddpg(start, critic, self._pool_at(0), config.ddpg)
+        return begin_ddpg(actor, critic, self._pool_at(0), config.ddpg)
 
     def advance(self, state: DdpgState, number: int) -> tuple[DdpgState, Report]:
         settings = self._config.ddpg
@@ -143,8 +141,8 @@ class DdpgStage:
 
 
 def stages_of(config: TrainConfig) -> list[Stage]:
-    """The stages of a training, in order."""
-    if config.way == "ddpg":
+    """The stages of a training, in order: without iterations there is no actor stage."""
+    if config.way == "ddpg" or config.analytic.iterations == 0:
         return [DdpgStage(config)]
     return [ActorStage(config), DdpgStage(config)]
 
