@@ -34,14 +34,14 @@ def _sail(encounter: Encounter, ship: ShipParams, rudder_rad, steps: int) -> Out
 
 def _encounter(ship: ShipParams, targets: list[tuple[float, float, float, float]]) -> Encounter:
     """Own ship northbound from the origin; targets as (east NM, north NM, course °, knots)."""
-    rows = np.array(targets).reshape(-1, 4)
+    rows = jnp.asarray(targets, jnp.float32).reshape(-1, 4)
     return Encounter(
         ShipState.steady(0.0, 0.0, 0.0, ship.speed_m_s),
         Vector(jnp.zeros(1), jnp.full(1, 25 * NAUTICAL_MILE_M)),
         straight_track(
             rows[:, 0] * NAUTICAL_MILE_M,
             rows[:, 1] * NAUTICAL_MILE_M,
-            np.radians(rows[:, 2]),
+            jnp.radians(rows[:, 2]),
             rows[:, 3] * KNOT_M_S,
         ),
         jnp.ones(len(rows), bool),

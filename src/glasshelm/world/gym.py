@@ -98,9 +98,9 @@ class EncounterEnv(gymnasium.Env[Any, np.ndarray]):
             raise InputError("step before reset: call reset first")
         encounter, state = self._world
         rudder = np.asarray(action, np.float32).reshape(())
-        out = _step(encounter, state, rudder, self._ship, self._settings)
+        out, by_task, total = _step(encounter, state, rudder, self._ship, self._settings)
         self._world = encounter, out.state
-        by_task = np.asarray(out.reward.by_task)
+        by_task = np.asarray(by_task)
         info = {
             "reward": {task.name.lower(): float(by_task[task]) for task in SUB_TASKS},
             "margin": np.asarray(out.margin),
@@ -108,7 +108,7 @@ class EncounterEnv(gymnasium.Env[Any, np.ndarray]):
         }
         return (
             self._seen(out.state.observation),
-            float(out.reward.total),
+            float(total),
             bool(out.terminated),
             bool(out.truncated),
             info,
@@ -144,8 +144,9 @@ def _step(
     action: Float[Array, ""],
     ship: ShipParams,
     settings: WorldSettings,
-) -> Outcome:
-    return step(encounter, state, action * ship.rudder_limit_rad, ship, settings)
+) -> tuple[Outcome, Float[Array, "2"], Float[Array, ""]]:
+    out = step(encounter, state, action * ship.rudder_limit_rad, ship, settings)
+    return out, out.reward.by_task, out.reward.total
 
 
 def _spaces(
