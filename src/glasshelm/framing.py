@@ -139,7 +139,9 @@ class Framer:
         """Latitudes and longitudes [deg]; all absent where the origin is not known."""
         if self._plane is None or len(east_m) == 0:
             return [None] * len(east_m), [None] * len(east_m)
-        latitude, longitude = self._plane.to_globe(east_m, north_m)
+        latitude, longitude = self._plane.to_globe(
+            np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)
+        )
         return latitude.round(7).tolist(), longitude.round(7).tolist()
 
     def _utc(self, time_s: float) -> str | None:

@@ -9,7 +9,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Array, Bool
+from jax.typing import ArrayLike
+from jaxtyping import Bool
 
 from glasshelm.encounters.random import WIDE, RandomEncounters
 from glasshelm.encounters.types import Motion
@@ -133,7 +134,7 @@ def _bad(name: str, frames: np.ndarray, features: tuple[str, ...]) -> list[str]:
     return [f"{name} is seen with no finite {listed}"] if listed else []
 
 
-def _range(east_m: Array, north_m: Array, own: ShipState) -> np.ndarray:
+def _range(east_m: ArrayLike, north_m: ArrayLike, own: ShipState) -> np.ndarray:
     """Distance from own ship, on the host: no device program for a few subtractions."""
     east, north = np.asarray(east_m) - np.asarray(own.east_m), np.asarray(north_m)
     return np.asarray(np.hypot(east, north - np.asarray(own.north_m)))
