@@ -1,0 +1,149 @@
+"""How fast does DDPG learn here, and how much of it is matrix products?
+
+    python benchmarks/training.py [--seconds 20] [--sb3]
+
+One run measures, side by side: a large float32 matrix product (the peak), the
+worlds with an actor, and DDPG's cycle with the ``paper`` preset's networks and
+batch (100 environment steps and one update). FLOPs are XLA's own count of the
+compiled program. ``--sb3`` adds Stable-Baselines3's DDPG on the gymnasium
+adapter with the same layer widths, batch and ratio of updates to steps.
+Compile time is apart. Prints a Markdown table.
+"""
+
+import argparse
+import platform
+import time
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+
+from glasshelm.learning.ddpg import DdpgSettings, begin_ddpg, cycle, pool_of
+from glasshelm.learning.evaluate import evaluation_set, sail_set
+from glasshelm.networks.actors import ActorSizes, make_actor
+from glasshelm.networks.critics import CriticSizes, SubTaskCritic
+from glasshelm.ships import SHIPS
+
+SHIP = SHIPS["paper"]
+SETTINGS = DdpgSettings(replay=100_000)
+
+
+def per_call(once: Callable[[], object], seconds: float) -> float:
+    """Seconds a call, the best of as many as fit."""
+    jax.block_until_ready(once())
+    best, end = float("inf"), time.perf_counter() + seconds
+    while time.perf_counter() < end:
+        began = time.perf_counter()
+        jax.block_until_ready(once())
+        best = min(best, time.perf_counter() - began)
+    return best
+
+
+def peak_flops(seconds: float, size: int = 2048) -> float:
+    """FLOP/s of a plain large matrix product."""
+    a = jax.random.normal(jax.random.key(0), (size, size))
+    product = jax.jit(jnp.matmul)
+    return 2 * size**3 / per_call(lambda: product(a, a), seconds)
+
+
+def actor_steps_per_s(seconds: float) -> float:
+    """Environment steps a second of 512 worlds under the paper's sum actor."""
+    encounters = evaluation_set(SHIP, 512)
+    actor = make_actor("sum", ActorSizes(), jax.random.key(1))
+    return 512 * 60 / per_call(lambda: sail_set(actor, encounters, SHIP, 60, 60), seconds)
+
+
+class Ddpg:
+    """The jitted cycle, with and without learning."""
+
+    def __init__(self, kind: str):
+        actor = make_actor(kind, ActorSizes(), jax.random.key(1))
+        critic = SubTaskCritic(CriticSizes(), jax.random.key(2))
+        self.pool = pool_of(0, 0, SHIP, SETTINGS)
+        state = begin_ddpg(actor, critic, self.pool, SETTINGS)
+        began = time.perf_counter()
+        self.fill, self.learn = self._compiled(state, False), self._compiled(state, True)
+        self.compile_s = time.perf_counter() - began
+        for _ in range(40):
+            state, _ = self.fill(state, self.pool)
+        self.state = state
+
+    def _compiled(self, state, learn: bool):
+        def run(state, pool):
+            return cycle(state, pool, learn, learn, 0, SHIP, SETTINGS, "sum")
+
+        return jax.jit(run, donate_argnums=0).lower(state, self.pool).compile()
+
+    def seconds(self, program, seconds: float) -> float:
+        def once():
+            self.state, report = program(self.state, self.pool)
+            return report
+
+        return per_call(once, seconds)
+
+    @property
+    def update_flops(self) -> float:
+        """FLOPs that learning adds to a cycle."""
+        counts = [p.cost_analysis()["flops"] for p in (self.learn, self.fill)]
+        return counts[0] - counts[1]
+
+
+def sb3_steps_per_s(steps: int) -> float:
+    """Environment steps a second of Stable-Baselines3's DDPG, one update a hundred steps."""
+    import gymnasium
+    from stable_baselines3 import DDPG
+
+    import glasshelm.world.gym  # noqa: F401
+
+    env = gymnasium.make("glasshelm/Encounter-v0", flat=True)
+    model = DDPG(
+        "MlpPolicy",
+        env,
+        batch_size=1024,
+        learning_starts=1024,
+        train_freq=(100, "step"),
+        gradient_steps=1,
+        policy_kwargs={"net_arch": [256, 256, 128]},
+        device="cpu",
+    )
+    model.learn(1100)
+    began = time.perf_counter()
+    model.learn(steps, reset_num_timesteps=False)
+    return steps / (time.perf_counter() - began)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0, help="for each measurement")
+    parser.add_argument("--sb3", action="store_true")
+    arguments = parser.parse_args()
+    rows = []
+    for kind in ("sum", "attention"):
+        ddpg = Ddpg(kind)
+        peak = peak_flops(arguments.seconds / 4)
+        fill = ddpg.seconds(ddpg.fill, arguments.seconds / 4)
+        whole = ddpg.seconds(ddpg.learn, arguments.seconds)
+        peak = max(peak, peak_flops(arguments.seconds / 4))
+        update = whole - fill
+        rows += [
+            (f"peak matrix product (beside {kind})", f"{peak / 1e9:.1f} GFLOP/s"),
+            (f"{kind}: compile", f"{ddpg.compile_s:.0f} s"),
+            (f"{kind}: environment steps with training", f"{100 / whole:,.0f} /s"),
+            (f"{kind}: updates", f"{1 / whole:.2f} /s"),
+            (f"{kind}: FLOPs of an update", f"{ddpg.update_flops / 1e9:.2f} GFLOP"),
+            (f"{kind}: update / peak", f"{100 * ddpg.update_flops / update / peak:.0f} %"),
+            (f"{kind}: program around the update", f"{100 * fill / whole:.1f} % of the time"),
+        ]
+    rows.append(("worlds with the sum actor", f"{actor_steps_per_s(arguments.seconds):,.0f} /s"))
+    if arguments.sb3:
+        rows.append(
+            ("Stable-Baselines3 DDPG, steps with training", f"{sb3_steps_per_s(3000):,.0f} /s")
+        )
+    machine = platform.processor() or platform.machine()
+    print(f"| {machine}, jax {jax.__version__} | measured |\n|---|---|")
+    for name, value in rows:
+        print(f"| {name} | {value} |")
+
+
+if __name__ == "__main__":
+    main()
