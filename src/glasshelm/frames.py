@@ -15,7 +15,7 @@ class _Part(msgspec.Struct, frozen=True, omit_defaults=True):
     """Fields left at ``None`` are not written."""
 
 
-class Ship(_Part):
+class Ship(_Part, frozen=True):
     """Own ship's parameters (Eq. 6, 14-15)."""
 
     loa_m: float
@@ -27,7 +27,7 @@ class Ship(_Part):
     rudder_rate_rad_s: float | None = None  # absent: at once
 
 
-class Own(_Part):
+class Own(_Part, frozen=True):
     """Own ship's motion. ``rudder_rad`` is absent where no sensor gives it."""
 
     east_m: float
@@ -40,19 +40,19 @@ class Own(_Part):
     longitude_deg: float | None = None
 
 
-class Waypoint(_Part):
+class Waypoint(_Part, frozen=True):
     east_m: float
     north_m: float
 
 
-class Decision(_Part):
+class Decision(_Part, frozen=True):
     """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard."""
 
     rudder_rad: float
     applied: bool = True
 
 
-class ByTask(_Part):
+class ByTask(_Part, frozen=True):
     """One number a sub-task (Eq. 16-19, 22)."""
 
     waypoint: float
@@ -60,7 +60,7 @@ class ByTask(_Part):
     total: float | None = None
 
 
-class Sweep(_Part):
+class Sweep(_Part, frozen=True):
     """Q over the rudder range, split by sub-task; each target carries its own row ``q_sweep``."""
 
     rudder_rad: list[float]
@@ -68,7 +68,7 @@ class Sweep(_Part):
     collision: list[float]
 
 
-class Target(_Part):
+class Target(_Part, frozen=True):
     """A target: where she is, how near she will come, what the pilot makes of her.
 
     ``danger`` is Eq. 13, clipped. ``q`` is Q_ca of the decided rudder (lower =
@@ -106,7 +106,7 @@ class Target(_Part):
     longitude_deg: float | None = None
 
 
-class Frame(_Part):
+class Frame(_Part, frozen=True):
     """One instant.
 
     ``reward`` is of the step that led here (absent in the first frame);

@@ -15,6 +15,7 @@ exact, dearer, and chaotic over long voyages (docs/algorithms/fast.md).
 """
 
 import dataclasses
+from typing import cast
 
 import equinox as eqx
 import jax
@@ -52,18 +53,18 @@ class AnalyticSettings:
     #: A command is held for this many steps while training.
     hold: int = 3
     #: Weight, margin and softness of the penalty on Eq. 13 unclipped.
-    danger_weight: float = 3.0
-    danger_margin: float = 0.3
-    danger_softness: float = 0.06
+    danger_weight: float = 2.0
+    danger_margin: float = 0.6
+    danger_softness: float = 0.08
     #: Cost of the rudder's square and of its change, as fractions of the limit.
-    rudder_cost: float = 0.01
-    swing_cost: float = 0.05
+    rudder_cost: float = 0.03
+    swing_cost: float = 0.15
     #: Pull of every rudder towards amidships, beside the adjoint's. The adjoint does
     #: not know that the actor will answer to what it sees, and alone it oversteers.
-    rudder_pull: float = 0.002
+    rudder_pull: float = 0.003
     #: A voyage's adjoint a is scaled to a / (norm(a) + this): one hopeless
     #: encounter must not outweigh a hundred others.
-    adjoint_scale: float = 1500.0
+    adjoint_scale: float = 1000.0
     #: Begin with this preset ship and change her gradually into the one that is
     #: trained for, K and T on a logarithmic scale, between these iterations.
     from_ship: str | None = None
@@ -287,7 +288,8 @@ def iterate(
     """One iteration: sail, step the actor, draw the next encounters."""
     ship = ship_at(state.iteration, ship, settings)
     gradient, voyages = policy_gradient(state.actor, state.batch, ship, settings)
-    updates, optimiser = _optimiser(settings).update(gradient, state.optimiser)
+    descent = cast(optax.Updates, gradient)
+    updates, optimiser = _optimiser(settings).update(descent, state.optimiser)
     actor = eqx.apply_updates(state.actor, updates)
     warm = 1.0 / (1.0 + state.iteration)  # the first iterations are averaged evenly
     rate = jnp.maximum(settings.average_rate, warm)
