@@ -19,8 +19,12 @@ def bundled() -> tuple[str, ...]:
 
 
 def default_pilot(ship: str) -> str:
-    """The name of the pilot that steers a preset ship when nobody names one."""
-    return f"{ship.replace('_', '-')}-attention"
+    """The name of the pilot that steers a preset ship when nobody names one.
+
+    The bundled attention pilot, which explains most; the sum pilot where only that is there.
+    """
+    names = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
+    return next((name for name in names if name in bundled()), names[0])
 
 
 def pilot_named(name: str | Path) -> Pilot:
