@@ -77,8 +77,9 @@ def run(
 
 
 def cache_compiled_programs() -> None:
-    """Keep compiled programs in the user's cache folder: a second start takes seconds."""
-    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
-        return
-    root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    os.environ["JAX_COMPILATION_CACHE_DIR"] = str(root / "glasshelm" / "programs")
+    """Keep compiled programs in the user's cache folder, unless another one is set."""
+    import jax
+
+    if jax.config.values["jax_compilation_cache_dir"] is None:
+        root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+        jax.config.update("jax_compilation_cache_dir", str(root / "glasshelm" / "programs"))
