@@ -10,6 +10,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from glasshelm.trig import arctangent2, sine_cosine
+
 #: CPA is sought within one hour before or after now. Two ships on nearly the
 #: same course and speed have no meaningful CPA; the horizon keeps it finite.
 CPA_HORIZON_S = 3600.0
@@ -38,7 +40,7 @@ class Cpa(NamedTuple):
 
 def wrap_angle(angle_rad: Float[Array, "..."]) -> Float[Array, "..."]:
     """The same direction in [−π, π)."""
-    return jnp.mod(angle_rad + jnp.pi, 2 * jnp.pi) - jnp.pi
+    return angle_rad - 2 * jnp.pi * jnp.floor(angle_rad / (2 * jnp.pi) + 0.5)
 
 
 def norm(v: Vector) -> Float[Array, "..."]:
@@ -50,17 +52,18 @@ def norm(v: Vector) -> Float[Array, "..."]:
 def direction(v: Vector) -> Float[Array, "..."]:
     """Direction of a vector, clockwise from its y axis, in [−π, π]; 0 for the zero vector."""
     zero = (v.x == 0) & (v.y == 0)
-    return jnp.arctan2(jnp.where(zero, 0.0, v.x), jnp.where(zero, 1.0, v.y))
+    return arctangent2(jnp.where(zero, 0.0, v.x), jnp.where(zero, 1.0, v.y))
 
 
-def velocity(course_rad: Float[Array, "..."], speed: Float[Array, "..."]) -> Vector:
+def velocity(course_rad: Float[Array, "..."], speed: float | Float[Array, "..."]) -> Vector:
     """Velocity over ground (east, north) of a course and a speed (Eq. 7)."""
-    return Vector(speed * jnp.sin(course_rad), speed * jnp.cos(course_rad))
+    sine, cosine = sine_cosine(course_rad)
+    return Vector(speed * sine, speed * cosine)
 
 
 def to_body(v: Vector, heading_rad: Float[Array, "..."]) -> Vector:
     """An (east, north) vector as (starboard, ahead) of a ship with that heading."""
-    s, c = jnp.sin(heading_rad), jnp.cos(heading_rad)
+    s, c = sine_cosine(heading_rad)
     return Vector(v.x * c - v.y * s, v.x * s + v.y * c)
 
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from glasshelm.errors import InputError
+from glasshelm.trig import sine_cosine
 
 KNOT_M_S = 1852.0 / 3600.0
 NAUTICAL_MILE_M = 1852.0
@@ -105,12 +106,10 @@ def advance(
         return _turn(ramped, ship, jnp.zeros_like(slope), t - ramp_s)
 
     middle, end = yaw_at(0.5 * duration_s), yaw_at(duration_s)
-    sine = (
-        jnp.sin(start.heading_rad) + 4 * jnp.sin(middle.heading_rad) + jnp.sin(end.heading_rad)
-    ) / 6
-    cosine = (
-        jnp.cos(start.heading_rad) + 4 * jnp.cos(middle.heading_rad) + jnp.cos(end.heading_rad)
-    ) / 6
+    sines, cosines = zip(
+        *(sine_cosine(yaw.heading_rad) for yaw in (start, middle, end)), strict=True
+    )
+    sine, cosine = ((v[0] + 4 * v[1] + v[2]) / 6 for v in (sines, cosines))
     run = state.speed_m_s * duration_s
     return ShipState(
         state.east_m + run * sine,

@@ -13,7 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.geometry import Vector
+from glasshelm.geometry import Vector, velocity
 from glasshelm.ships import ShipParams, ShipState
 
 
@@ -121,9 +121,10 @@ def motion_at(track: Track, time_s: Float[Array, ""]) -> Motion:
     present = (start <= time_s) & (time_s < end)
     age = jnp.where(present, time_s - jnp.where(jnp.isfinite(start), start, 0.0), 0.0)
     course, speed = now(track.course_rad), now(track.speed_m_s)
+    velocity_now = velocity(course, speed)
     return Motion(
-        now(track.east_m) + age * speed * jnp.sin(course),
-        now(track.north_m) + age * speed * jnp.cos(course),
+        now(track.east_m) + age * velocity_now.x,
+        now(track.north_m) + age * velocity_now.y,
         course,
         speed,
         age,
