@@ -121,9 +121,7 @@ class Training:
     def _deadline(self, stage: Stage) -> float | None:
         if self.loop.minutes is None:
             return None
-        last = self.place.stage + 1 == len(self.stages)
-        share = 1.0 if last else self.config.actor_share
-        return self._began + 60.0 * self.loop.minutes * share
+        return self._began + 60.0 * self.loop.minutes * stage.time_share
 
     def _evaluate(
         self, stage: Stage, told: dict[str, float], units: int, seconds: float, records: Records

@@ -9,10 +9,12 @@ import msgspec
 from glasshelm.errors import InputError
 from glasshelm.learning.analytic import AnalyticSettings
 from glasshelm.learning.ddpg import DdpgSettings
+from glasshelm.learning.imitate import ImitationSettings
 from glasshelm.learning.losses import ActorLossSettings, CriticTraining
 from glasshelm.learning.noise import NoiseSettings
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
+from glasshelm.planning.course import CourseSettings
 from glasshelm.world.step import WorldSettings
 
 
@@ -21,8 +23,10 @@ class TrainConfig:
     """One training, resolved: saved in every checkpoint, enough to build the networks again.
 
     ``way`` is ``ddpg`` (actor and critics by DDPG, the paper's way) or
-    ``analytic`` (actor by gradients through the world, then critics evaluated
-    on it with the program of ``ddpg`` in which ``actor_update`` is false).
+    ``analytic`` (actor by a teacher's lessons and by gradients through the
+    world, then critics evaluated on it with the program of ``ddpg`` in which
+    ``actor_update`` is false). The stages in order: imitation, actor, critic;
+    ``ddpg`` counts as the last.
     """
 
     preset: str
@@ -36,11 +40,12 @@ class TrainConfig:
     actor_sizes: ActorSizes = dataclasses.field(default_factory=ActorSizes)
     critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)
     ddpg: DdpgSettings = dataclasses.field(default_factory=DdpgSettings)
+    imitation: ImitationSettings = dataclasses.field(default_factory=ImitationSettings)
     analytic: AnalyticSettings = dataclasses.field(default_factory=AnalyticSettings)
-    #: Share of a time budget that the analytic actor gets; its critics have the rest.
-    actor_share: float = 0.65
-    #: Iterations (analytic) and cycles (ddpg) between two evaluations.
-    evaluate_every: tuple[int, int] = (100, 1000)
+    #: Share of a time budget after which each stage ends, in order of the stages.
+    time_shares: tuple[float, float, float] = (0.45, 0.85, 1.0)
+    #: Units between two evaluations, in order of the stages (iterations, iterations, cycles).
+    units_between: tuple[int, int, int] = (10, 50, 1000)
     #: Size of the fixed evaluation set; short and long voyages in steps.
     evaluation_worlds: int = 256
     evaluation_steps: tuple[int, int] = (240, 480)
@@ -101,7 +106,7 @@ PRESETS: dict[str, TrainConfig] = {
             pool=16,
             pool_cycles=20,
         ),
-        evaluate_every=(10, 20),
+        units_between=(1, 10, 20),
         evaluation_worlds=16,
         evaluation_steps=(12, 24),
     ),
@@ -123,8 +128,15 @@ PRESETS: dict[str, TrainConfig] = {
             actor_update=False,
             noise=NoiseSettings("bursts"),
         ),
+        imitation=ImitationSettings(
+            CourseSettings((-60.0, 60.0), (300.0,), (), (), horizon_s=600.0, step_s=20.0),
+            stretches=3,
+            iterations=3,
+            updates=4,
+            kept=2,
+        ),
         analytic=AnalyticSettings((1, 1, 1, 1, 1, 1, 1), decisions=6, iterations=30),
-        evaluate_every=(10, 10),
+        units_between=(1, 10, 10),
         evaluation_worlds=16,
         evaluation_steps=(12, 24),
     ),

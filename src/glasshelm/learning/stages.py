@@ -1,8 +1,9 @@
 """The parts of a training: each begins, advances by one unit, and shows its pilot.
 
-``actor`` improves an actor by gradients through the world, ``critic`` evaluates
-critics on the actor that it found, ``ddpg`` learns both at once. The loop
-(:mod:`glasshelm.learning.loop`) treats them alike.
+``imitation`` makes an actor from a teacher's lessons, ``actor`` improves it by
+gradients through the world, ``critic`` evaluates critics on the actor that was
+found, ``ddpg`` learns both at once. The loop (:mod:`glasshelm.learning.loop`)
+treats them alike.
 """
 
 from functools import partial
@@ -15,6 +16,7 @@ import jax.numpy as jnp
 from glasshelm.errors import InputError
 from glasshelm.learning.analytic import AnalyticState, Voyages, iterate, start_training
 from glasshelm.learning.ddpg import DdpgState, Pool, Report, begin_ddpg, cycle, pool_of
+from glasshelm.learning.imitate import ImitationState, Lesson, imitate, start_imitation
 from glasshelm.learning.presets import TrainConfig
 from glasshelm.learning.rebuild import read_networks
 from glasshelm.networks.actors import Actor, make_actor
@@ -37,6 +39,7 @@ class Stage(Protocol):
     updates_per_unit: int
     env_steps_per_unit: int
     evaluate_every: int
+    time_share: float
 
     def begin(self, actor: Actor) -> State:
         """The first state; ``actor`` is the pilot of the stage before, or that of the beginning."""
@@ -55,6 +58,38 @@ class Stage(Protocol):
     def critic(self, state: State) -> SubTaskCritic | None: ...
 
 
+class ImitationStage:
+    """The actor by the lessons of a teacher who plans (:mod:`glasshelm.learning.imitate`)."""
+
+    name, unit = "imitation", "iterations"
+
+    def __init__(self, config: TrainConfig):
+        settings = config.imitation
+        self.units = settings.iterations
+        self.updates_per_unit = settings.updates
+        voyage = settings.stretches * settings.decisions * settings.hold
+        self.env_steps_per_unit = config.analytic.worlds * voyage
+        self.evaluate_every = config.units_between[0]
+        self.time_share = config.time_shares[0]
+        self._config = config
+
+    def begin(self, actor: Actor) -> ImitationState:
+        slots = self._config.analytic.encounters.slots
+        return start_imitation(actor, self._config.analytic, self._config.imitation, slots)
+
+    def advance(self, state: ImitationState, number: int) -> tuple[ImitationState, Lesson]:
+        return _imitate(state, self._config)
+
+    def tell(self, told: list[Lesson]) -> dict[str, float]:
+        return {"rudder_error": _mean([t.error for t in told])}
+
+    def actor(self, state: ImitationState) -> Actor:
+        return state.average
+
+    def critic(self, state: ImitationState) -> SubTaskCritic | None:
+        return None
+
+
 class ActorStage:
     """The actor by gradients through the world (:mod:`glasshelm.learning.analytic`)."""
 
@@ -65,7 +100,8 @@ class ActorStage:
         settings = config.analytic
         self.units = settings.iterations
         self.env_steps_per_unit = settings.worlds * settings.decisions * settings.hold
-        self.evaluate_every = config.evaluate_every[0]
+        self.evaluate_every = config.units_between[1]
+        self.time_share = config.time_shares[1]
         self._config = config
 
     def begin(self, actor: Actor) -> AnalyticState:
@@ -102,7 +138,8 @@ class DdpgStage:
         self.units = settings.cycles
         self.updates_per_unit = settings.cycle_updates
         self.env_steps_per_unit = settings.cycle_env_steps
-        self.evaluate_every = config.evaluate_every[1]
+        self.evaluate_every = config.units_between[2]
+        self.time_share = config.time_shares[2]
         self._config = config
         self._pool: tuple[int, Pool] | None = None
 
@@ -141,10 +178,11 @@ class DdpgStage:
 
 
 def stages_of(config: TrainConfig) -> list[Stage]:
-    """The stages of a training, in order: without iterations there is no actor stage."""
-    if config.way == "ddpg" or config.analytic.iterations == 0:
+    """The stages of a training, in order; those that have nothing to do are left out."""
+    if config.way == "ddpg":
         return [DdpgStage(config)]
-    return [ActorStage(config), DdpgStage(config)]
+    stages: list[Stage] = [ImitationStage(config), ActorStage(config), DdpgStage(config)]
+    return [stage for stage in stages if stage.units > 0]
 
 
 def new_actor(config: TrainConfig) -> Actor:
@@ -171,6 +209,14 @@ def new_actor(config: TrainConfig) -> Actor:
 def _start(actor: Actor, config: TrainConfig) -> AnalyticState:
     key = jax.random.fold_in(jax.random.fold_in(jax.random.key(config.seed), 2), 0)
     return start_training(actor, key, ship_named(config.ship), config.analytic)
+
+
+@partial(jax.jit, static_argnums=1, donate_argnums=0)
+def _imitate(state: ImitationState, config: TrainConfig) -> tuple[ImitationState, Lesson]:
+    key = jax.random.fold_in(jax.random.key(config.seed), 5)
+    key = jax.random.fold_in(key, state.iteration)
+    ship = ship_named(config.ship)
+    return imitate(state, key, ship, config.analytic, config.imitation)
 
 
 @partial(jax.jit, static_argnums=1)

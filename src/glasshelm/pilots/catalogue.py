@@ -4,13 +4,21 @@ from pathlib import Path
 
 from glasshelm.errors import InputError
 from glasshelm.pilots.learned import LearnedPilot, read_pilot
+from glasshelm.pilots.planner import PlannerPilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.types import Pilot
+from glasshelm.ships import SHIPS
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
 #: Pilots without weights.
-UNTRAINED = {"straight": StraightPilot}
+UNTRAINED: dict[str, Pilot] = {
+    "straight": StraightPilot(),
+    **{
+        name: PlannerPilot(ship, name)
+        for name, ship in ((f"{ship.replace('_', '-')}-planner", SHIPS[ship]) for ship in SHIPS)
+    },
+}
 
 
 def bundled() -> tuple[str, ...]:
@@ -28,13 +36,13 @@ def default_pilot(ship: str) -> str:
 
 
 def pilot_named(name: str | Path) -> Pilot:
-    """Any pilot: a bundled name, ``straight``, or the path of a .safetensors file.
+    """Any pilot: a bundled name, one without weights, or the path of a .safetensors file.
 
     InputError lists the names that there are; CheckpointError tells what is
     wrong with a weights file.
     """
     if str(name) in UNTRAINED:
-        return UNTRAINED[str(name)]()
+        return UNTRAINED[str(name)]
     return _learned(name, (*bundled(), *UNTRAINED))
 
 

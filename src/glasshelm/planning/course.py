@@ -1,0 +1,211 @@
+"""Which course to steer now: many manoeuvres tried in thought, the best one taken.
+
+Scenario-based model-predictive control in the manner of Johansen et al. (2016):
+a manoeuvre is a short list of course alterations off the way to the waypoint;
+each is sailed ahead with own ship's dynamics (Eq. 6-7) against targets that
+keep course and speed, and valued by the paper's rewards made smooth. Nothing
+but one observation is needed, so it is also the teacher of networks that see
+no more (:mod:`glasshelm.learning.imitate`).
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from glasshelm.geometry import Vector, direction, norm, to_body, velocity, wrap_angle
+from glasshelm.planning.helm import Helm, helm_of
+from glasshelm.ships import ShipParams
+from glasshelm.world.domain import danger_unclipped
+from glasshelm.world.observe import LENGTH_M, SPEED_M_S, Observation, waypoint_bearing_rad
+from glasshelm.world.rewards import course_reward
+from glasshelm.world.step import WorldSettings
+
+_SIDE = (10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0, 120.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class CourseSettings:
+    """Which manoeuvres are tried, how far ahead, and what counts as good. SI units, degrees.
+
+    One alteration: each of ``offsets_deg`` for each of ``durations_s``. Two:
+    each of ``first_deg`` for ``first_s``, then ``second_deg`` for ``second_s``.
+    After it the ship steers for the waypoint.
+    """
+
+    offsets_deg: tuple[float, ...] = (*(-a for a in reversed(_SIDE)), *_SIDE)
+    durations_s: tuple[float, ...] = (200.0, 400.0, 700.0, 1000.0, 1400.0, 1900.0)
+    first_deg: tuple[float, ...] = (-90.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0, 90.0)
+    first_s: tuple[float, ...] = (200.0, 500.0, 900.0)
+    second_deg: tuple[float, ...] = (-60.0, -30.0, 30.0, 60.0)
+    second_s: tuple[float, ...] = (500.0, 1000.0)
+    horizon_s: float = 2400.0
+    step_s: float = 10.0
+    #: Weight of the danger, and how near the domain (in Eq. 13, unclipped) it begins to count.
+    danger_weight: float = 10.0
+    danger_margin: float = 0.25
+    danger_softness: float = 0.08
+
+    def manoeuvres(self) -> Float[np.ndarray, "c 4"]:
+        """All manoeuvres: offset [rad], duration [s], second offset [rad], duration [s]."""
+        one = [(a, s, 0, 0) for a in self.offsets_deg for s in self.durations_s if a]
+        two = [
+            (a, s, b, t)
+            for a in self.first_deg
+            for s in self.first_s
+            for b in self.second_deg
+            for t in self.second_s
+            if a != b
+        ]
+        table = np.array([(0.0, 0.0, 0.0, 0.0), *one, *two], np.float32)
+        table[:, [0, 2]] = np.radians(table[:, [0, 2]])
+        return table
+
+
+class Plan(eqx.Module):
+    """The best course now, and what steering otherwise would cost.
+
+    ``offset_rad`` is the course off the bearing of the waypoint. ``values``
+    holds the return of every manoeuvre and ``offsets_rad`` what it begins with.
+    """
+
+    offset_rad: Float[Array, "*b"]
+    values: Float[Array, "*b c"]
+    offsets_rad: Float[Array, " c"]
+
+
+class Situation(eqx.Module):
+    """Own ship's surroundings in the frame of her position and heading now [m, m/s, rad]."""
+
+    waypoint: Vector
+    bearing_rad: Float[Array, ""]
+    rate_of_turn_rad_s: Float[Array, ""]
+    position: Vector
+    velocity: Vector
+
+
+def situation_of(seen: Observation, ship: ShipParams) -> Situation:
+    """What one observation says of own ship's motion and of the targets'.
+
+    The rate of turn is that of the waypoint's bearing over the last step, less
+    what own ship's way makes of it. Absent targets are put far away.
+    """
+    now, before = (waypoint_bearing_rad(seen.waypoint[i]) for i in (0, 1))
+    waypoint = Vector(seen.waypoint[0, 0] * LENGTH_M, seen.waypoint[0, 1] * LENGTH_M)
+    passing = ship.speed_m_s * velocity(now, 1.0).x / jnp.maximum(norm(waypoint), 1.0)
+    moved = jnp.any(seen.waypoint[0] != seen.waypoint[1])  # else this is the first frame
+    rate = jnp.where(moved, passing - wrap_angle(now - before) / WorldSettings().step_s, 0.0)
+    first = seen.targets[:, 0]
+    absent = ~seen.present
+    return Situation(
+        waypoint,
+        now,
+        rate,
+        Vector(jnp.where(absent, -1e6, first[:, 0] * LENGTH_M), first[:, 1] * LENGTH_M),
+        Vector(first[:, 3] * SPEED_M_S, first[:, 4] * SPEED_M_S + ship.speed_m_s),
+    )
+
+
+class _Ahead(eqx.Module):
+    """The imagined own ships, one a manoeuvre, and their returns so far."""
+
+    x: Float[Array, " c"]
+    y: Float[Array, " c"]
+    heading: Float[Array, " c"]
+    rate: Float[Array, " c"]
+    value: Float[Array, " c"]
+
+
+def plan_course(
+    seen: Observation, ship: ShipParams, settings: CourseSettings = CourseSettings()
+) -> Plan:
+    """The best of all manoeuvres from one observation, and the value of each.
+
+    Targets are taken one by one, not as an axis: the whole step is then one
+    loop over the manoeuvres for the compiler, four times as fast.
+    """
+    at = situation_of(seen, ship)
+    offset, until, offset2, duration2 = jnp.asarray(settings.manoeuvres()).T
+    helm, tau = helm_of(ship), settings.step_s
+
+    def go(ahead: _Ahead, time: Float[Array, ""]) -> tuple[_Ahead, None]:
+        to_waypoint = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
+        altered = jnp.where(time < until, offset, jnp.where(time < until + duration2, offset2, 0.0))
+        course = jnp.where(altered == 0.0, to_waypoint, at.bearing_rad + altered)
+        moved = _sail(ahead, course, helm, ship, tau)
+        return _value(moved, time + tau, at, ship, settings), None
+
+    zero = jnp.zeros_like(offset)
+    start = _Ahead(zero, zero, zero, zero + at.rate_of_turn_rad_s, zero)
+    times = jnp.arange(round(settings.horizon_s / tau), dtype=jnp.float32) * tau
+    ahead, _ = jax.lax.scan(go, start, times)
+    begins = jnp.where(until > 0, offset, 0.0)
+    return Plan(begins[jnp.argmax(ahead.value)], ahead.value, begins)
+
+
+def _sail(
+    ahead: _Ahead, course: Float[Array, " c"], helm: Helm, ship: ShipParams, tau: float
+) -> _Ahead:
+    """One step towards a course: Eq. 6 exactly for a constant rudder, Eq. 7 by the midpoint."""
+    rudder = helm.rudder_rad(wrap_angle(course - ahead.heading), ahead.rate)
+    lag = ship.time_constant_s
+    decay = jnp.exp(-tau / lag)
+    steady = ship.gain_1_s * rudder
+    transient = ahead.rate - steady
+    heading = ahead.heading + steady * tau + transient * lag * (1.0 - decay)
+    run = velocity(0.5 * (ahead.heading + heading), ship.speed_m_s * tau)
+    return _Ahead(
+        ahead.x + run.x,
+        ahead.y + run.y,
+        heading,
+        steady + transient * decay,
+        ahead.value,
+    )
+
+
+def _value(
+    ahead: _Ahead,
+    time: Float[Array, ""],
+    at: Situation,
+    ship: ShipParams,
+    settings: CourseSettings,
+) -> _Ahead:
+    """The same ships with this step's reward (Eq. 17, and the danger smoothed) added."""
+    to_waypoint = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
+    reward = course_reward(wrap_angle(to_waypoint - ahead.heading))
+    soft = settings.danger_softness
+    for i in range(at.position.x.shape[0]):
+        there = Vector(
+            at.position.x[i] + at.velocity.x[i] * time - ahead.x,
+            at.position.y[i] + at.velocity.y[i] * time - ahead.y,
+        )
+        margin = danger_unclipped(to_body(there, ahead.heading), ship.loa_m)
+        depth = jnp.maximum(margin + settings.danger_margin, 0.0)
+        depth = jnp.where(depth < 2 * soft, depth**2 / (4 * soft), depth - soft)
+        reward = reward - settings.danger_weight * depth
+    steps = settings.step_s / WorldSettings().step_s
+    return dataclasses.replace(ahead, value=ahead.value + steps * reward)
+
+
+def rudder_to(
+    offset_rad: Float[Array, ""], seen: Observation, ship: ShipParams
+) -> Float[Array, ""]:
+    """The rudder, as a fraction of the limit, that steers a course off the waypoint's bearing."""
+    at = situation_of(seen, ship)
+    error = wrap_angle(at.bearing_rad + offset_rad)
+    return helm_of(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
+
+
+def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
+    """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
+
+    Another by half of the limit or more; 0 if there is none.
+    """
+    rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
+    other = jnp.abs(rudders - rudder_to(plan.offset_rad, seen, ship)) > 0.5
+    second = jnp.where(other, plan.values, -jnp.inf).max()
+    best = plan.values.max()
+    return jnp.where(jnp.isfinite(second), best - second, 0.0)
