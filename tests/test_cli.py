@@ -91,3 +91,13 @@ def test_bad_input_is_one_clear_line(args, tmp_path):
     assert "Traceback" not in done.stderr
     assert done.stderr.startswith("glasshelm: ")
     assert done.stderr.count("\n") == 1
+
+
+def test_a_reader_who_goes_away_is_no_traceback():
+    command = [sys.executable, "-m", "glasshelm", "train", "--help"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 141

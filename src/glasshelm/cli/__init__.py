@@ -1,6 +1,7 @@
 """The command line: finds the command, imports only that one, reports bad input in one line."""
 
 import importlib
+import os
 import sys
 
 from glasshelm import __version__
@@ -15,7 +16,8 @@ COMMANDS = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Entry point of ``glasshelm``; returns the exit status (2: bad input, 130: interrupted)."""
+    """Entry point of ``glasshelm``; returns the exit status (2: bad input, 130: interrupted,
+    141: nobody reads the output any more)."""
     args = sys.argv[1:] if argv is None else argv
     if not args or args[0] in ("-h", "--help"):
         print(_help())
@@ -27,19 +29,25 @@ def main(argv: list[str] | None = None) -> int:
         known = ", ".join(COMMANDS)
         print(f"glasshelm: unknown command {args[0]!r}: choose one of {known}", file=sys.stderr)
         return 2
-    module = importlib.import_module(f"glasshelm.cli.{args[0]}")
-    import tyro
-
     from glasshelm.errors import InputError
 
     try:
-        tyro.cli(module.run, prog=f"glasshelm {args[0]}", args=args[1:])
+        module = importlib.import_module(f"glasshelm.cli.{args[0]}")
+        import tyro
+
+        try:
+            tyro.cli(module.run, prog=f"glasshelm {args[0]}", args=args[1:])
+        finally:
+            sys.stdout.flush()
     except InputError as error:
         print(f"glasshelm: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("glasshelm: interrupted", file=sys.stderr)
         return 130
+    except BrokenPipeError:  # the reader of our output has gone: `glasshelm run … | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
     return 0
 
 

@@ -35,6 +35,9 @@ def run(
         steps: Steps of 5 s (default: as long as the source lasts).
         open_: Open the report in the browser.
     """
+    from glasshelm.cli.programs import keep_compiled
+
+    keep_compiled()
     from rich.console import Console
     from rich.progress import Progress
 

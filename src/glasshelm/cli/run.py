@@ -32,9 +32,9 @@ def run(
         parquet: Also write the frames as a Parquet table.
         steps: Steps of 5 s (default: as long as the source lasts).
     """
-    from glasshelm.cli.train import cache_compiled_programs
+    from glasshelm.cli.programs import keep_compiled
 
-    cache_compiled_programs()
+    keep_compiled()
     from rich.console import Console
     from rich.progress import track
 

@@ -1,7 +1,6 @@
 """``glasshelm train``: train a pilot."""
 
 import dataclasses
-import os
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -40,7 +39,9 @@ def run(
         snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
     """
-    cache_compiled_programs()
+    from glasshelm.cli.programs import keep_compiled
+
+    keep_compiled()
     import jax
     from rich.console import Console
 
@@ -74,12 +75,3 @@ def run(
         console.print(f"saved in {out}; go on with: glasshelm train --resume --out {out}")
         raise KeyboardInterrupt
     console.print(f"pilots: {out / BEST} and {out / FINAL}", highlight=False, soft_wrap=True)
-
-
-def cache_compiled_programs() -> None:
-    """Keep compiled programs in the user's cache folder, unless another one is set."""
-    import jax
-
-    if jax.config.values["jax_compilation_cache_dir"] is None:
-        root = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-        jax.config.update("jax_compilation_cache_dir", str(root / "glasshelm" / "programs"))
