@@ -11,7 +11,6 @@ sailed on the ship that it was trained for; ``straight`` on both.
 import argparse
 import time
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,25 +19,17 @@ from scipy.stats import beta
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.learning.evaluate import sail_set
-from glasshelm.pilots.catalogue import bundled, pilot_named
+from glasshelm.learning.evaluate import sail_remembering
+from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
+from glasshelm.pilots.planner import PlannerPilot
 from glasshelm.pilots.straight import StraightPilot
+from glasshelm.pilots.together import Together
 from glasshelm.pilots.types import Pilot
 from glasshelm.ships import SHIPS, ShipParams
-from glasshelm.world.observe import Observation
 
 SEED = 7_000_000  # never a training's or an evaluation set's
 CHUNK = 500
 SHORT, LONG = 240, 480
-
-
-class Batched(eqx.Module):
-    """A pilot without memory on a batch of observations."""
-
-    pilot: Pilot
-
-    def __call__(self, seen: Observation):
-        return jax.vmap(lambda s: self.pilot.steer(s, ())[0])(seen)
 
 
 def interval(events: int, of: int) -> tuple[float, float]:
@@ -57,12 +48,12 @@ def rate(events: np.ndarray) -> str:
 def sail_random(pilot: Pilot, ship: ShipParams, number: int, name: str) -> dict[str, np.ndarray]:
     """Margins and ranges [2, number] (short, long), mean rudder, returns, number of ships."""
     draw = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))
-    parts = []
+    parts, helm = [], Together(pilot)
     for chunk in track(range(0, number, CHUNK), description=name):
         keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(SEED), i))(
             chunk + jnp.arange(CHUNK)
         )
-        found = sail_set(Batched(pilot), draw(keys), ship, SHORT, LONG)
+        found = sail_remembering(helm, helm.start(CHUNK), draw(keys), ship, SHORT, LONG)
         parts.append({key: np.asarray(value) for key, value in vars(found).items()})
     return {key: np.concatenate([p[key] for p in parts], axis=_axis(key)) for key in parts[0]}
 
@@ -77,9 +68,17 @@ def sail_imazu(pilot: Pilot, ship: ShipParams) -> dict[str, tuple[float, float]]
     for case in imazu_cases():
         one = imazu_scenario(case, ship).encounter
         batch = jax.tree.map(lambda x: jnp.asarray(x)[None], one)
-        voyage = sail_set(Batched(pilot), batch, ship, 480, 720)
+        helm = Together(pilot)
+        voyage = sail_remembering(helm, helm.start(1), batch, ship, 480, 720)
         found[case] = (float(voyage.margin[1, 0]), float(voyage.range_m[1, 0]))
     return found
+
+
+def _ships(pilot: Pilot) -> dict[str, ShipParams]:
+    """The ships that a pilot is sailed on, by the name to print."""
+    if isinstance(pilot, StraightPilot):
+        return SHIPS
+    return {"": pilot.ship if isinstance(pilot, PlannerPilot) else pilot.trained.ship}
 
 
 def main() -> None:
@@ -88,12 +87,14 @@ def main() -> None:
     parser.add_argument("--encounters", type=int, default=10_000)
     arguments = parser.parse_args()
     rows, by_ships, imazu = [], [], []
-    for name in arguments.pilots or ["straight", *bundled()]:
+    for name in arguments.pilots or [*UNTRAINED, *bundled()]:
         pilot = pilot_named(name)
-        ships = SHIPS if isinstance(pilot, StraightPilot) else {"": pilot.trained.ship}
+        ships = _ships(pilot)
         digest = (getattr(pilot, "weights_sha256", None) or "")[:8]
         for ship_name, ship in ships.items():
-            label = f"{name} ({ship_name})" if ship_name else f"{name} `{digest}`"
+            label = (
+                f"{name} ({ship_name})" if ship_name else f"{name} `{digest}`".removesuffix(" ``")
+            )
             began = time.monotonic()
             found = sail_random(pilot, ship, arguments.encounters, label)
             intruded, collided = found["margin"] > 0, found["range_m"] < ship.loa_m

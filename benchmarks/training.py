@@ -6,11 +6,12 @@ One run measures, side by side: a large float32 matrix product (the peak), the
 worlds with an actor, and DDPG's cycle with the ``paper`` preset's networks and
 batch (100 environment steps and one update). FLOPs are XLA's own count of the
 compiled program. ``--sb3`` adds Stable-Baselines3's DDPG on the gymnasium
-adapter with the same layer widths, batch and ratio of updates to steps.
+adapter with the same layers, batch and ratio of updates to steps.
 Compile time is apart. Prints a Markdown table.
 """
 
 import argparse
+import itertools
 import platform
 import time
 from collections.abc import Callable
@@ -89,21 +90,49 @@ class Ddpg:
 
 
 def sb3_steps_per_s(steps: int) -> float:
-    """Environment steps a second of Stable-Baselines3's DDPG, one update a hundred steps."""
+    """Environment steps a second of Stable-Baselines3's DDPG, one update a hundred steps.
+
+    Its networks have the layers of ours (an encoder a ship, their sum, a head);
+    ships are padded to six, as it knows no other way.
+    """
     import gymnasium
+    import torch
     from stable_baselines3 import DDPG
+    from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
     import glasshelm.world.gym  # noqa: F401
 
-    env = gymnasium.make("glasshelm/Encounter-v0", flat=True)
+    def mlp(inputs: int) -> torch.nn.Sequential:
+        widths = (inputs, *ActorSizes().encoder)
+        layers = [
+            part
+            for a, b in itertools.pairwise(widths)
+            for part in (torch.nn.Linear(a, b), torch.nn.LeakyReLU())
+        ]
+        return torch.nn.Sequential(*layers)
+
+    class Encoder(BaseFeaturesExtractor):
+        def __init__(self, space: gymnasium.Space):
+            super().__init__(space, ActorSizes().encoder[-1])
+            self.waypoint, self.target = mlp(15), mlp(50)
+
+        def forward(self, flat: torch.Tensor) -> torch.Tensor:
+            ships = (flat.shape[-1] - 15) // 51
+            waypoint, targets, present = flat.split([15, 50 * ships, ships], dim=-1)
+            traffic = self.target(targets.reshape(-1, ships, 50)) * present[..., None]
+            return torch.nn.functional.softsign(self.waypoint(waypoint) + traffic.sum(1))
+
     model = DDPG(
         "MlpPolicy",
-        env,
+        gymnasium.make("glasshelm/Encounter-v0", flat=True),
         batch_size=1024,
         learning_starts=1024,
         train_freq=(100, "step"),
         gradient_steps=1,
-        policy_kwargs={"net_arch": [256, 256, 128]},
+        policy_kwargs={
+            "net_arch": list(ActorSizes().head),
+            "features_extractor_class": Encoder,
+        },
         device="cpu",
     )
     model.learn(1100)
@@ -137,7 +166,10 @@ def main() -> None:
     rows.append(("worlds with the sum actor", f"{actor_steps_per_s(arguments.seconds):,.0f} /s"))
     if arguments.sb3:
         rows.append(
-            ("Stable-Baselines3 DDPG, steps with training", f"{sb3_steps_per_s(3000):,.0f} /s")
+            (
+                "Stable-Baselines3 DDPG (sum), steps with training",
+                f"{sb3_steps_per_s(3000):,.0f} /s",
+            )
         )
     machine = platform.processor() or platform.machine()
     print(f"| {machine}, jax {jax.__version__} | measured |\n|---|---|")

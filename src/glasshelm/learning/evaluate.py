@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -22,6 +23,9 @@ from glasshelm.world.step import WorldState, begin, step
 
 #: An actor, or any other pytree that turns a batch of observations into rudders.
 Steers = Callable[[Observation], Float[Array, " w"]]
+
+#: The same with a memory: observations and memory -> rudders and memory.
+Remembers = Callable[[Observation, Any], tuple[Float[Array, " w"], Any]]
 
 #: The fixed evaluation set is drawn with this seed, whatever the training's.
 EVALUATION_SEED = 20_240_501
@@ -82,15 +86,36 @@ def evaluation_set(
     return draw_encounters(jax.random.key(EVALUATION_SEED), size, ship, settings)
 
 
-@partial(jax.jit, static_argnames=("short", "long"))
+class _Forgetful(eqx.Module):
+    """An actor as something that has a memory and leaves it as it is."""
+
+    actor: Steers
+
+    def __call__(self, seen: Observation, memory: Any) -> tuple[Float[Array, " w"], Any]:
+        return self.actor(seen), memory
+
+
 def sail_set(
     actor: Steers, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
 ) -> Voyages:
     """Sail every encounter under the actor, without exploration."""
+    return sail_remembering(_Forgetful(actor), (), encounters, ship, short, long)
 
-    def go(carry: tuple[WorldState, Voyages], number: Int[Array, ""]):
-        state, so_far = carry
-        action = actor(state.observation)
+
+@partial(jax.jit, static_argnames=("short", "long"))
+def sail_remembering(
+    helm: Remembers,
+    memory: Any,
+    encounters: Encounter,
+    ship: ShipParams,
+    short: int = 240,
+    long: int = 480,
+) -> Voyages:
+    """:func:`sail_set` for what carries a memory from one decision to the next."""
+
+    def go(carry: tuple[WorldState, Any, Voyages], number: Int[Array, ""]):
+        state, memory, so_far = carry
+        action, memory = helm(state.observation, memory)
         out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
             encounters, state, action
         )
@@ -99,6 +124,7 @@ def sail_set(
         nearest = jnp.where(encounters.present, out.range_m, jnp.inf).min(-1, initial=jnp.inf)
         return (
             out.state,
+            memory,
             Voyages(
                 jnp.where(counts, jnp.maximum(so_far.margin, worst), so_far.margin),
                 jnp.where(counts, jnp.minimum(so_far.range_m, nearest), so_far.range_m),
@@ -117,7 +143,7 @@ def sail_set(
         encounters.present.sum(-1),
     )
     states = jax.vmap(lambda e: begin(e, ship))(encounters)
-    (_, voyages), _ = jax.lax.scan(go, (states, start), jnp.arange(long))
+    (_, _, voyages), _ = jax.lax.scan(go, (states, memory, start), jnp.arange(long))
     return voyages
 
 

@@ -163,8 +163,8 @@ class Training:
         return score(voyages, float(self.ship.loa_m))
 
     def _agree(self, actor: Actor, critic: SubTaskCritic) -> dict[str, float]:
-        short, long = self.config.evaluation_steps
-        discount = self.config.ddpg.discount
+        short, discount = self.config.evaluation_steps[0], self.config.ddpg.discount
+        long = short + round(5.0 / (1.0 - discount))  # what follows later counts less than 1 %
         found = agreement(actor, critic, self._encounters, self.ship, discount, short, long)
         return found.numbers()
 

@@ -68,6 +68,9 @@ PRESETS: dict[str, TrainConfig] = {
         ddpg=DdpgSettings(
             env_steps=2_000_000,
             batch=256,
+            # The pilot acts 10 to 20 minutes before a meeting: its critics must see as far.
+            discount=0.995,
+            world=WorldSettings(episode_steps=480),
             target_rate=0.005,
             learning_rate_end=0.05,
             replay=500_000,
