@@ -9,12 +9,13 @@ DEMO := out/demo
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help install test demo bench lint format wheel clean
+.PHONY: help install test demo bench safety lint format wheel clean
 
 help:
 	@echo "make test    all tests"
 	@echo "make demo    two explained encounters, each a page to read in the browser"
 	@echo "make bench   measured speeds of this machine"
+	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make lint    ruff and pyright"
 	@echo "make wheel   build the wheel and test it outside the tree"
 
@@ -53,7 +54,11 @@ demo: install
 	fi
 
 bench: install
-	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file" || exit 1; done
+	@for name in smoke explain_latency training; do \
+	  echo "== $$name"; $(BIN)/python benchmarks/$$name.py || exit 1; done
+
+safety: install
+	$(BIN)/python benchmarks/safety.py
 
 wheel: install
 	rm -rf dist

@@ -154,7 +154,8 @@ def voyage_return(
     From the encounter's beginning, or from own ship's state at ``time_s``.
 
     The same sum as :func:`sail`'s, but of the ship and the targets alone: what
-    she would see on the way is not needed, and is most of the work.
+    she would see on the way is not needed, and is most of the work. Only the
+    first waypoint counts: random encounters have one.
     """
     step_s = WorldSettings().step_s
     waypoint = waypoint_of(encounter, jnp.zeros((), jnp.int32))
