@@ -29,7 +29,7 @@ NEAR = RandomEncounters(
     spawn_danger=-0.1,
 )
 SETTINGS = AnalyticSettings(
-    worlds_by_count=(1, 2, 2), encounters=NEAR, decisions=8, rudder_pull=0.0
+    worlds_by_count=(1, 2, 2), encounters=NEAR, every_other=None, decisions=8, rudder_pull=0.0
 )
 ACTOR = make_actor(
     "attention",
@@ -174,3 +174,11 @@ def test_rudder_pull_asks_for_less_rudder():
     extra = jax.tree.map(jnp.subtract, pulled, plain)
     small = 0.01 / inner(extra, extra) ** 0.5
     assert rudder(moved(ACTOR, extra, -small)) < rudder(ACTOR) < rudder(moved(ACTOR, extra, small))
+
+
+def test_every_other_world_begins_as_in_the_paper():
+    settings = AnalyticSettings(worlds_by_count=(4, 4, 4))
+    batch = draw_batch(jax.random.key(0), SHIP, settings)
+    np.testing.assert_array_equal(batch.present.sum(-1), np.repeat([0, 1, 2], 4))
+    far = np.isclose(batch.route.y[:, 0], 46_300.0)
+    np.testing.assert_array_equal(far, np.arange(12) % 2 == 1)

@@ -16,7 +16,9 @@ def run(
     out: Path = Path("runs/pilot"),
     resume: bool = False,
     minutes: float | None = None,
-    overrides: Annotated[tuple[str, ...], tyro.conf.arg(name="set")] = (),
+    overrides: Annotated[
+        tyro.conf.UseAppendAction[tuple[str, ...]], tyro.conf.arg(name="set", metavar="FIELD=VALUE")
+    ] = (),
     snapshot_s: float = 60.0,
     tensorboard: bool = True,
 ) -> None:
@@ -33,7 +35,8 @@ def run(
         out: Folder for weights, logs and snapshots.
         resume: Go on with the training in OUT, with the configuration it began with.
         minutes: Stop cleanly after so many minutes.
-        overrides: Any other field of the configuration: ddpg.batch=512 actor_sizes.lens=fine.
+        overrides: Any other field of the configuration, as often as needed:
+            --set ddpg.batch=512 --set actor_sizes.lens=fine.
             start=FILE begins with the actor of a weights file; with analytic.iterations=0
             the preset fast then learns critics for it and nothing else.
         snapshot_s: Seconds between two snapshots to resume from.

@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from glasshelm.encounters.random import WIDE, RandomEncounters, random_encounter
+from glasshelm.encounters.random import PAPER, WIDE, RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter
 from glasshelm.geometry import Vector, direction, wrap_angle
 from glasshelm.networks.actors import Actor
@@ -49,6 +49,8 @@ class AnalyticSettings:
     #: Worlds with 0, 1, 2, ... ships in every batch.
     worlds_by_count: tuple[int, ...] = (4, 10, 16, 20, 24, 26, 28)
     encounters: RandomEncounters = WIDE
+    #: Every other world begins as in the paper (none: all as above).
+    every_other: RandomEncounters | None = PAPER
     decisions: int = 160
     #: A command is held for this many steps while training.
     hold: int = 3
@@ -98,7 +100,19 @@ def draw_batch(key: PRNGKeyArray, ship: ShipParams, settings: AnalyticSettings) 
         total_repeat_length=settings.worlds,
     )
     keys = jax.random.split(key, settings.worlds)
-    return jax.vmap(lambda k, n: random_encounter(k, ship, settings.encounters, n))(keys, counts)
+
+    def draw(encounters: RandomEncounters) -> Encounter:
+        return jax.vmap(lambda k, n: random_encounter(k, ship, encounters, n))(keys, counts)
+
+    wide = draw(settings.encounters)
+    if settings.every_other is None:
+        return wide
+    other = jnp.arange(settings.worlds) % 2 == 1
+    return jax.tree.map(
+        lambda a, b: jnp.where(other.reshape(-1, *[1] * (a.ndim - 1)), b, a),
+        wide,
+        draw(dataclasses.replace(settings.every_other, targets=settings.encounters.targets)),
+    )
 
 
 def smooth_reward(

@@ -71,12 +71,11 @@ class Score:
     def fault(self) -> float:
         """What the pilot kept is chosen by, lower is better: a collision counts as ten intrusions.
 
-        The share of return lost (of 60, about the most a voyage can have)
-        decides between pilots that are otherwise equal.
+        Three points of return (of about 50) count as one intrusion in a hundred.
         """
         rates = self.intrusions + self.intrusions_long
         rates += 10.0 * (self.collisions + self.collisions_long)
-        return rates - self.total / 60.0
+        return rates - self.total / 300.0
 
 
 def evaluation_set(

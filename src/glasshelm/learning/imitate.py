@@ -48,6 +48,9 @@ class ImitationSettings:
     share_from: int = 20
     #: A decision with stakes s weighs (s + 0.1·scale) / (s + scale).
     stakes_scale: float = 3.0
+    #: Errors of the rudder count by their square up to this, by their size beyond: between
+    #: labels to both sides the actor then takes one, where the square would take the mean.
+    even_until: float = 0.2
     #: Batches of voyages that are remembered, the newest among them.
     kept: int = 4
     iterations: int = 200
@@ -164,7 +167,7 @@ def imitate(
 
     def loss(actor: Actor, lesson: Lessons) -> Float[Array, ""]:
         error = actor(lesson.seen, fleet) - lesson.rudder
-        return jnp.mean(lesson.weight * error**2)
+        return jnp.mean(lesson.weight * optax.losses.huber_loss(error, delta=settings.even_until))
 
     def update(carry: tuple[Actor, Actor, optax.OptState], key: PRNGKeyArray):
         actor, average, memory = carry
