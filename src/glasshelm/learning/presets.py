@@ -65,6 +65,13 @@ PRESETS: dict[str, TrainConfig] = {
         actor_sizes=_FINE_ACTOR,
         critic_sizes=_FINE_CRITIC,
         critic="heads",
+        imitation=ImitationSettings(
+            # Farther off than the planner itself keeps: the actor will lose some of it.
+            CourseSettings(danger_margin=0.4),
+            iterations=300,
+        ),
+        # Gradients after lessons did harm (docs/algorithms/fast.md, L8).
+        analytic=AnalyticSettings(iterations=0),
         ddpg=DdpgSettings(
             env_steps=2_000_000,
             batch=256,
