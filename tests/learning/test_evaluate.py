@@ -8,6 +8,7 @@ from glasshelm.encounters.random import PAPER
 from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.geometry import Vector
 from glasshelm.learning.evaluate import agreement, evaluation_set, sail_set, score
+from glasshelm.learning.noise import NoiseSettings
 from glasshelm.networks.critics import Values
 from glasshelm.ships import ShipState, ship_named
 
@@ -81,3 +82,14 @@ def test_agreement_compares_values_with_the_returns_that_followed():
     assert collision == 0.0
     off = agreement(Amidships(), OnTheCourse(jnp.array(exact + 2.0)), open_sea, SHIP, 0.98)
     assert float(off.error[0]) == pytest.approx(2.0, abs=0.1)
+
+
+def test_agreement_with_lapses_values_what_was_done():
+    """Lapses turn the ship off her course: the same values agree less with what follows."""
+    open_sea = jax.tree.map(lambda x: x[:1], encounters())
+    exact = OnTheCourse(jnp.array(0.2 / (1 - 0.98)))
+    steady = agreement(Amidships(), exact, open_sea, SHIP, 0.98)
+    lapses = NoiseSettings("bursts", burst_begin=0.1, burst_end=0.2)
+    lapsing = agreement(Amidships(), exact, open_sea, SHIP, 0.98, lapses=lapses)
+    assert float(lapsing.error[0]) > 10 * float(steady.error[0])
+    assert float(lapsing.spread[0]) > float(steady.spread[0])

@@ -72,6 +72,7 @@ def random_batch(key, size=32, ships=6):
             jax.random.normal(keys[4], (size, ships)) * present,
         ),
         seen(keys[5]),
+        jax.random.uniform(keys[7], (size,), minval=-1),
         jax.random.bernoulli(keys[6], 0.3, (size,)),
         jnp.ones(size),
     )
@@ -84,6 +85,7 @@ def test_targets_solve_a_three_state_mdp():
         jnp.zeros(3),
         Reward(jnp.array([1.0, 3.0, 1.0]), jnp.array([[-2.0], [-1.0], [-3.0]])),
         observation([1, 2, 2]),
+        jnp.zeros(3),
         jnp.array([False, True, False]),
         jnp.ones(3),
     )
@@ -106,6 +108,19 @@ def test_targets_of_the_heads_sum_to_the_target_of_the_total():
     after = critic(batch.following, actor(batch.following))
     expected = batch.reward.total + 0.98 * jnp.where(batch.terminated, 0.0, after.total)
     np.testing.assert_allclose(y.total, expected, rtol=1e-4, atol=1e-5)
+
+
+def test_the_target_of_a_pilot_who_lapses_takes_the_action_that_was_taken():
+    key = jax.random.key(0)
+    batch = random_batch(key)
+    critic = SubTaskCritic(CriticSizes((8,)), key)
+    actor = make_actor("sum", ActorSizes((8,), (8,)), key)
+    fleet = Packed(batch.seen.present, 200)
+    y = td_target(critic, actor, batch, 0.98, fleet, "lapses")
+    after = critic(batch.following, batch.next_action)
+    expected = batch.reward.total + 0.98 * jnp.where(batch.terminated, 0.0, after.total)
+    np.testing.assert_allclose(y.total, expected, rtol=1e-4, atol=1e-5)
+    assert not np.allclose(y.total, td_target(critic, actor, batch, 0.98, fleet).total)
 
 
 def test_critic_loss_by_hand():

@@ -70,6 +70,7 @@ def test_stacks_are_the_worlds_own_observations_bit_for_bit(sailed):
             batch.following.targets[transition], following.targets[transition]
         )
         np.testing.assert_array_equal(batch.action, rows[number].action)
+        np.testing.assert_array_equal(batch.next_action, rows[number + 1].action)
         np.testing.assert_array_equal(batch.reward.by_ship, rows[number].rewards[:, 1:])
         starts += int((np.asarray(rows[number].age) == 0).sum())
         ends += int((~transition).sum())

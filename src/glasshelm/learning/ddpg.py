@@ -18,6 +18,7 @@ from glasshelm.encounters.random import PAPER, RandomEncounters
 from glasshelm.learning.losses import (
     ActorLossSettings,
     CriticTraining,
+    Follows,
     actor_loss,
     critic_loss,
     polyak,
@@ -51,6 +52,9 @@ class DdpgSettings:
     actor_from: int = 102_400
     worlds: int = 100
     actor_update: bool = True
+    #: Whose return the critics learn. A pilot who never intrudes has no collision return at all:
+    #: what is dangerous to her shows only if she may lapse.
+    follows: Follows = "pilot"
     encounters: RandomEncounters = PAPER
     world: WorldSettings = dataclasses.field(default_factory=WorldSettings)
     noise: NoiseSettings = dataclasses.field(default_factory=NoiseSettings)
@@ -246,7 +250,9 @@ def learn(
     batch = eqx.tree_at(lambda b: b.weight, batch, batch.weight * fleet.whole)
     adam = optimiser(settings)
     pilot = state.target_actor if settings.actor_update else state.actor
-    target = td_target(state.target_critic, pilot, batch, settings.discount, fleet)
+    target = td_target(
+        state.target_critic, pilot, batch, settings.discount, fleet, settings.follows
+    )
     critic_value, slope = eqx.filter_value_and_grad(critic_loss)(
         state.critic, target, batch, training, fleet
     )

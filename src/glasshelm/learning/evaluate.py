@@ -14,6 +14,7 @@ from jaxtyping import Array, Float, Int
 from glasshelm.encounters.random import PAPER, RandomEncounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.learning.losses import CriticOf
+from glasshelm.learning.noise import Noise, NoiseSettings, explore, quiet
 from glasshelm.learning.worlds import draw_encounters
 from glasshelm.networks.fleet import Padded
 from glasshelm.ships import ShipParams
@@ -190,7 +191,7 @@ class Agreement(eqx.Module):
         }
 
 
-@partial(jax.jit, static_argnames=("short", "long"))
+@partial(jax.jit, static_argnames=("short", "long", "lapses"))
 def agreement(
     actor: Steers,
     critic: CriticOf,
@@ -199,27 +200,34 @@ def agreement(
     discount: float | Float[Array, ""],
     short: int = 240,
     long: int = 480,
+    lapses: NoiseSettings | None = None,
 ) -> Agreement:
-    """Q(s, π(s)) against the discounted return of the rest of the voyage, sub-task by sub-task.
+    """Q(s, a) against the discounted return of the rest of the voyage, sub-task by sub-task.
 
+    a is π(s), or with ``lapses`` what this exploration makes of it, as it goes on to do.
     Values are taken in the first ``short`` steps; what would follow after
     ``long`` is missing from the returns.
     """
 
-    def go(state: WorldState, _: None):
+    def go(carry: tuple[WorldState, Noise], number: Int[Array, ""]):
+        state, noise = carry
         action = actor(state.observation)
+        if lapses is not None:
+            key = jax.random.fold_in(jax.random.key(EVALUATION_SEED), number)
+            action, noise = explore(noise, action, jnp.zeros(()), lapses, key)
         values = critic(state.observation, action, Padded(state.observation.present)).by_task
         out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
             encounters, state, action
         )
-        return out.state, (values, out.reward.by_task)
+        return (out.state, noise), (values, out.reward.by_task)
 
     def back(after: Float[Array, "w 2"], reward: Float[Array, "w 2"]):
         value = reward + discount * after
         return value, value
 
     states = jax.vmap(lambda e: begin(e, ship))(encounters)
-    _, (values, rewards) = jax.lax.scan(go, states, None, length=long)
+    start = (states, quiet(encounters.present.shape[0]))
+    _, (values, rewards) = jax.lax.scan(go, start, jnp.arange(long))
     _, returns = jax.lax.scan(back, jnp.zeros_like(rewards[0]), rewards, reverse=True)
     q, g = values[:short].reshape(-1, 2), returns[:short].reshape(-1, 2)
     dq, dg = q - q.mean(0), g - g.mean(0)

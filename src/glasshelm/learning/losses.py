@@ -23,6 +23,9 @@ ActorOf = Callable[[Observation, Fleet], Float[Array, "*b"]]
 CriticOf = Callable[[Observation, Float[Array, "*b"], Fleet], Values]
 #: ``sum``: one TD error of the total (the paper); ``heads``: one a head.
 CriticTraining = Literal["sum", "heads"]
+#: Whose return a critic learns: ``pilot``, who steers as she should from the next step on (the
+#: paper), or ``lapses``, who goes on as she did while exploring (SARSA).
+Follows = Literal["pilot", "lapses"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,14 +43,21 @@ class ActorLossSettings:
 
 
 def td_target(
-    critic: CriticOf, actor: ActorOf, batch: Batch, discount: float, fleet: Fleet
+    critic: CriticOf,
+    actor: ActorOf,
+    batch: Batch,
+    discount: float,
+    fleet: Fleet,
+    follows: Follows = "pilot",
 ) -> Values:
     """y_k = r_k + γ·Q'_k(s', π'(s')), head by head, with the joint target actor (Eq. 2).
 
-    Nothing follows a terminated step; a truncated one is bootstrapped through.
-    The sum over the heads is the ordinary TD target of the total reward.
+    With ``lapses`` the next action is the one that was taken. Nothing follows a
+    terminated step; a truncated one is bootstrapped through. The sum over the
+    heads is the ordinary TD target of the total reward.
     """
-    after = critic(batch.following, actor(batch.following, fleet), fleet)
+    action = actor(batch.following, fleet) if follows == "pilot" else batch.next_action
+    after = critic(batch.following, action, fleet)
     goes_on = discount * (1.0 - batch.terminated)
     return jax.lax.stop_gradient(
         Values(

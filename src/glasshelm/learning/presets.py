@@ -82,7 +82,9 @@ PRESETS: dict[str, TrainConfig] = {
             learning_rate_end=0.05,
             replay=500_000,
             actor_update=False,
-            noise=NoiseSettings("bursts"),
+            # Every four minutes or so a rudder drawn at random is held for about a minute.
+            follows="lapses",
+            noise=NoiseSettings("bursts", burst_begin=0.02, burst_end=0.08),
         ),
     ),
     # The paper's algorithm at a size that a CPU trains in half an hour.

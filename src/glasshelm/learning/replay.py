@@ -57,13 +57,14 @@ class Replay(eqx.Module):
 class Batch(eqx.Module):
     """Transitions as networks read them. ``following`` is the true next observation.
 
-    ``weight`` is 1, or 0 for a draw that is no transition.
+    ``next_action`` is what was done there; ``weight`` is 1, or 0 for a draw that is no transition.
     """
 
     seen: Observation
     action: Float[Array, " b"]
     reward: Reward
     following: Observation
+    next_action: Float[Array, " b"]
     terminated: Bool[Array, " b"]
     weight: Float[Array, " b"]
 
@@ -153,6 +154,7 @@ def gather(replay: Replay, tick: Int[Array, " b"], world: Int[Array, " b"]) -> B
         flat.action[here],
         Reward(rewards[:, 0], rewards[:, 1:]),
         Observation(waypoint[:, :-1], targets[:, :, :-1], present),
+        flat.action[((tick + 1) % replay.ticks) * replay.worlds + world],
         flat.terminated[here],
         flat.transition[here].astype(jnp.float32),
     )
