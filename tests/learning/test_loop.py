@@ -153,7 +153,8 @@ def test_critics_alone_for_an_actor_that_is_there(whole, tmp_path):
     if name != "tiny-fast":
         pytest.skip("of the preset with an actor stage")
     begun = folder / BEST
-    overrides = (f"start={begun}", "analytic.iterations=0", "ddpg.env_steps=300")
+    no_actor = ("imitation.iterations=0", "analytic.iterations=0")
+    overrides = (f"start={begun}", *no_actor, "ddpg.env_steps=300")
     run(name, out=tmp_path, overrides=overrides, tensorboard=False)
     before, after = load_file(begun), load_file(tmp_path / FINAL)
     actor = [key for key in before if key.startswith("actor.")]
