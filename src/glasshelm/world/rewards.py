@@ -47,6 +47,10 @@ def course_reward(bearing_rad: Float[Array, "*b"]) -> Float[Array, "*b"]:
     return 0.20 * (0.9 * jnp.exp(-((degrees / 60) ** 2) / 2) + 0.1 * (1 - jnp.abs(degrees) / 180))
 
 
+#: A smaller bearing is rounding, and turning by it earns nothing to speak of (Eq. 18).
+_LEAST_DEG = 0.01
+
+
 def turn_reward(
     bearing_rad: Float[Array, "*b"],
     bearing_before_rad: Float[Array, "*b"],
@@ -54,7 +58,7 @@ def turn_reward(
 ) -> Float[Array, "*b"]:
     """r_Δwp of Eq. 18: for turning towards the waypoint while no ship is in the domain."""
     now, before = jnp.abs(jnp.degrees(bearing_rad)), jnp.abs(jnp.degrees(bearing_before_rad))
-    share = (before - now) / jnp.maximum(jnp.minimum(10.0, before), 1e-6)
+    share = (before - now) / jnp.clip(before, _LEAST_DEG, 10.0)
     return jnp.where(total_danger > 0, 0.0, 0.050 * jnp.clip(share, 0.0, 1.0))
 
 
