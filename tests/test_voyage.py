@@ -247,7 +247,13 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
 
 def test_interrupted_run_keeps_its_frames(tmp_path):
     out = tmp_path / "frames.jsonl"
-    args = [sys.executable, "-m", "glasshelm", "run", "random:1:2", "--pilot", "straight"]
+    args = [
+        sys.executable,
+        "-m",
+        "glasshelm",
+        "run",
+        "random:1:6",
+    ]  # a learned pilot: it takes seconds
     run = subprocess.Popen(
         [*args, "--steps", "10000000", "--out", str(out)],
         stderr=subprocess.PIPE,
