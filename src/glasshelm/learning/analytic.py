@@ -26,6 +26,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from glasshelm.encounters.random import PAPER, WIDE, RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter
 from glasshelm.geometry import Vector, direction, wrap_angle
+from glasshelm.learning.losses import polyak
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.fleet import Packed
 from glasshelm.ships import ShipParams, ShipState, advance, ship_named
@@ -308,9 +309,7 @@ def iterate(
     actor = eqx.apply_updates(state.actor, updates)
     warm = 1.0 / (1.0 + state.iteration)  # the first iterations are averaged evenly
     rate = jnp.maximum(settings.average_rate, warm)
-    average = jax.tree.map(
-        lambda a, b: a + rate * (b - a) if eqx.is_array(a) else a, state.average, actor
-    )
+    average = polyak(state.average, actor, rate)
     batch = draw_batch(key, ship, settings)
     return AnalyticState(actor, average, optimiser, batch, state.iteration + 1), voyages
 

@@ -23,11 +23,12 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter
 from glasshelm.learning.analytic import AnalyticSettings, draw_batch
+from glasshelm.learning.losses import polyak
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.fleet import Packed
 from glasshelm.planning.course import CourseSettings, plan_course, rudder_to, stakes
 from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
+from glasshelm.world.observe import Observation, nothing_seen
 from glasshelm.world.step import WorldState, begin, step
 
 
@@ -82,7 +83,7 @@ class ImitationState(eqx.Module):
 
 
 class Lesson(eqx.Module):
-    """What one iteration reports: the weighted squared error of the rudder."""
+    """What one iteration reports: the mean loss of the rudder."""
 
     error: Float[Array, ""]
 
@@ -92,15 +93,8 @@ def start_imitation(
 ) -> ImitationState:
     """The state before the first iteration: no lessons yet."""
     shape = (settings.kept, settings.stretches * settings.decisions, analytic.worlds)
-    lessons = Lessons(
-        Observation(
-            jnp.zeros((*shape, 5, 3)),
-            jnp.zeros((*shape, slots, 5, 10)),
-            jnp.zeros((*shape, slots), bool),
-        ),
-        jnp.zeros(shape),
-        jnp.zeros(shape),
-    )
+    seen = jax.tree.map(lambda x: jnp.zeros((*shape, *x.shape), x.dtype), nothing_seen(slots))
+    lessons = Lessons(seen, jnp.zeros(shape), jnp.zeros(shape))
     return ImitationState(
         jax.tree.map(jnp.copy, actor),  # own copies: the state is donated
         jax.tree.map(jnp.copy, actor),
@@ -187,8 +181,7 @@ def imitate(
         actor = eqx.apply_updates(actor, steps)
         warm = 1.0 / (1.0 + state.iteration * settings.updates)  # at first the mean, evenly
         rate = jnp.maximum(settings.average_rate, warm)
-        average = jax.tree.map(lambda a, b: a + rate * (b - a), average, actor)
-        return (actor, average, memory), value / settings.instants
+        return (actor, polyak(average, actor, rate), memory), value / settings.instants
 
     start = (state.actor, state.average, state.optimiser)
     (actor, average, memory), errors = jax.lax.scan(

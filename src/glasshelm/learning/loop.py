@@ -163,9 +163,9 @@ class Training:
         return score(voyages, float(self.ship.loa_m))
 
     def _agree(self, actor: Actor, critic: SubTaskCritic) -> dict[str, float]:
-        short, discount = self.config.evaluation_steps[0], self.config.ddpg.discount
+        settings, short = self.config.ddpg, self.config.evaluation_steps[0]
+        discount = settings.discount
         long = short + round(5.0 / (1.0 - discount))  # what follows later counts less than 1 %
-        settings = self.config.ddpg
         lapses = settings.noise if settings.follows == "lapses" else None
         found = agreement(actor, critic, self._encounters, self.ship, discount, short, long, lapses)
         return found.numbers()
