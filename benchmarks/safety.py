@@ -4,7 +4,8 @@
 
 Prints Markdown tables: intrusions (Eq. 13 > 0 at any step) and collisions
 (centre distance below own ship's length) over 1200 s and 2400 s with 95 %
-Clopper-Pearson intervals, by number of ships, and the Imazu cases. A pilot is
+Clopper-Pearson intervals, reversals of the heading a voyage and the share of voyages with
+five or more ("weaving"), by number of ships, and the Imazu cases. A pilot is
 sailed on the ship that it was trained for; ``straight`` on both.
 """
 
@@ -20,6 +21,7 @@ from scipy.stats import beta
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.random import PAPER, random_encounter
 from glasshelm.learning.evaluate import sail_remembering
+from glasshelm.learning.reversals import WEAVING
 from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
 from glasshelm.pilots.planner import PlannerPilot
 from glasshelm.pilots.straight import StraightPilot
@@ -99,10 +101,12 @@ def main() -> None:
             found = sail_random(pilot, ship, arguments.encounters, label)
             intruded, collided = found["margin"] > 0, found["range_m"] < ship.loa_m
             returns = found["return_by_task"].sum(-1).mean()
+            turns, rudder = found["reversals"], found["rudder"].mean()
             near = np.percentile(found["range_m"][1][found["ships"] > 0], 5)
             rows.append(
                 f"| {label} | {rate(intruded[0])} | {rate(collided[0])} | {rate(intruded[1])} | "
-                f"{rate(collided[1])} | {near:.0f} | {returns:.1f} | {found['rudder'].mean():.2f} |"
+                f"{rate(collided[1])} | {near:.0f} | {returns:.1f} | {rudder:.2f} | "
+                f"{turns.mean():.1f} | {100 * (turns >= WEAVING).mean():.1f} % |"
             )
             cells = [rate(intruded[1][found["ships"] == n]) for n in range(1, 7)]
             by_ships.append(f"| {label} | " + " | ".join(cells) + " |")
@@ -115,8 +119,8 @@ def main() -> None:
             print(f"{label}: {time.monotonic() - began:.0f} s", flush=True)
     print(
         "\n| pilot | intrusions 1200 s | collisions 1200 s | intrusions 2400 s | "
-        "collisions 2400 s | nearest, 5th percentile [m] | return (1200 s) | mean rudder |\n"
-        "|---|---|---|---|---|---|---|---|"
+        "collisions 2400 s | nearest, 5th percentile [m] | return (1200 s) | mean rudder | "
+        "reversals | weaving |\n|---|---|---|---|---|---|---|---|---|---|"
     )
     print("\n".join(rows))
     print("\nIntrusions over 2400 s by number of ships:\n")

@@ -23,11 +23,11 @@ from glasshelm.world.step import begin, step
 SHIP = SHIPS["large_ship"]
 
 
-def scene(*rows, waypoint=(0.0, 46_300.0)) -> Encounter:
+def scene(*rows, waypoint=(0.0, 46_300.0), heading=0.0) -> Encounter:
     """Targets as rows of east, north [m], course [deg], speed [m/s]; one empty slot behind."""
     east, north, course, speed = jnp.array([*rows, (0.0, 0.0, 0.0, 0.0)]).T
     return Encounter(
-        ShipState.steady(0.0, 0.0, 0.0, SHIP.speed_m_s),
+        ShipState.steady(0.0, 0.0, float(np.radians(heading)), SHIP.speed_m_s),
         Vector(jnp.array([waypoint[0]]), jnp.array([waypoint[1]])),
         straight_track(east, north, jnp.radians(course), speed),
         jnp.arange(len(rows) + 1) < len(rows),
@@ -66,6 +66,23 @@ def test_she_alters_for_a_ship_ahead_and_more_is_at_stake():
     assert float(calm_plan.offset_rad) == 0.0
     assert abs(float(tense_plan.offset_rad)) > np.radians(9.0)
     assert float(stakes(tense_plan, tense, SHIP)) > 3 * float(stakes(calm_plan, calm, SHIP))
+
+
+@pytest.mark.parametrize("heading", [-35.0, 35.0])
+def test_of_two_sides_the_one_being_steered_is_kept(heading):
+    """A head-on ship can be passed on either side; alone, changing sides would be free."""
+    seen = begin(scene((0.0, 7000.0, 180.0, 5.0), heading=heading), SHIP).observation
+    course = heading + np.degrees(
+        float(situation_of(seen, SHIP).bearing_rad + plan(seen, SHIP).offset_rad)
+    )
+    assert np.sign(course) == np.sign(heading)
+    fickle = plan(seen, SHIP, CourseSettings(keep_s=(), alter_cost=0.0))
+    assert float(fickle.values.max()) > float(plan(seen, SHIP).values.max())
+
+
+def test_she_turns_to_the_waypoint_at_once_where_nothing_is_in_the_way():
+    seen = begin(scene(waypoint=(30_000.0, 30_000.0)), SHIP).observation
+    assert abs(np.degrees(float(plan(seen, SHIP).offset_rad))) < 11
 
 
 def test_an_absent_target_changes_nothing():

@@ -13,8 +13,10 @@ from jaxtyping import Array, Float, Int
 
 from glasshelm.encounters.random import PAPER, RandomEncounters
 from glasshelm.encounters.types import Encounter
+from glasshelm.geometry import wrap_angle
 from glasshelm.learning.losses import CriticOf
 from glasshelm.learning.noise import Noise, NoiseSettings, explore, quiet
+from glasshelm.learning.reversals import WEAVING, Reversals
 from glasshelm.learning.worlds import draw_encounters
 from glasshelm.networks.fleet import Padded
 from glasshelm.ships import ShipParams
@@ -37,13 +39,15 @@ class Voyages(eqx.Module):
 
     ``margin`` is the worst Eq. 13 (unclipped) of any ship, ``range_m`` the
     nearest centre distance; index 0: the first ``short`` steps, 1: all.
-    Returns are undiscounted, over the first ``short`` steps.
+    Returns are undiscounted, over the first ``short`` steps. ``reversals`` counts
+    the alterations taken back, of all steps (:mod:`glasshelm.learning.reversals`).
     """
 
     margin: Float[Array, "2 w"]
     range_m: Float[Array, "2 w"]
     return_by_task: Float[Array, "w 2"]
     rudder: Float[Array, " w"]
+    reversals: Int[Array, " w"]
     ships: Int[Array, " w"]
 
 
@@ -52,7 +56,8 @@ class Score:
     """Rates and means over an evaluation set. ``by_ships``: long intrusion rate by number of ships.
 
     An intrusion is a ship inside the domain (Eq. 13 > 0) at any step, a
-    collision a centre distance below own ship's length.
+    collision a centre distance below own ship's length. ``reversals`` is their mean
+    number a voyage, ``weaving`` the share of voyages with ``WEAVING`` or more.
     """
 
     intrusions: float
@@ -62,6 +67,8 @@ class Score:
     return_waypoint: float
     return_collision: float
     rudder: float
+    reversals: float
+    weaving: float
     by_ships: tuple[float | None, ...]
 
     @property
@@ -72,11 +79,12 @@ class Score:
     def fault(self) -> float:
         """What the pilot kept is chosen by, lower is better: a collision counts as ten intrusions.
 
-        Three points of return (of about 50) count as one intrusion in a hundred.
+        Three points of return (of about 50) count as one intrusion in a hundred, and so do
+        ten voyages of weaving.
         """
         rates = self.intrusions + self.intrusions_long
         rates += 10.0 * (self.collisions + self.collisions_long)
-        return rates - self.total / 300.0
+        return rates - self.total / 300.0 + 0.1 * self.weaving
 
 
 def evaluation_set(
@@ -113,8 +121,8 @@ def sail_remembering(
 ) -> Voyages:
     """:func:`sail_set` for what carries a memory from one decision to the next."""
 
-    def go(carry: tuple[WorldState, Any, Voyages], number: Int[Array, ""]):
-        state, memory, so_far = carry
+    def go(carry: tuple[WorldState, Any, Reversals, Voyages], number: Int[Array, ""]):
+        state, memory, turns, so_far = carry
         action, memory = helm(state.observation, memory)
         out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
             encounters, state, action
@@ -122,14 +130,18 @@ def sail_remembering(
         counts = jnp.array([True, True]).at[0].set(number < short)[:, None]
         worst = jnp.where(encounters.present, out.margin, -jnp.inf).max(-1, initial=-jnp.inf)
         nearest = jnp.where(encounters.present, out.range_m, jnp.inf).min(-1, initial=jnp.inf)
+        change = wrap_angle(out.state.own.heading_rad - state.own.heading_rad)
+        turns = turns.after(change)
         return (
             out.state,
             memory,
+            turns,
             Voyages(
                 jnp.where(counts, jnp.maximum(so_far.margin, worst), so_far.margin),
                 jnp.where(counts, jnp.minimum(so_far.range_m, nearest), so_far.range_m),
                 so_far.return_by_task + counts[0] * out.reward.by_task,
                 so_far.rudder + jnp.abs(action) / long,
+                turns.count,
                 so_far.ships,
             ),
         ), None
@@ -140,10 +152,12 @@ def sail_remembering(
         jnp.full((2, size), jnp.inf),
         jnp.zeros((size, 2)),
         jnp.zeros(size),
+        jnp.zeros(size, jnp.int32),
         encounters.present.sum(-1),
     )
     states = jax.vmap(lambda e: begin(e, ship))(encounters)
-    (_, _, voyages), _ = jax.lax.scan(go, (states, memory, start), jnp.arange(long))
+    carry = (states, memory, Reversals.none(size), start)
+    (*_, voyages), _ = jax.lax.scan(go, carry, jnp.arange(long))
     return voyages
 
 
@@ -164,6 +178,8 @@ def score(voyages: Voyages, loa_m: float) -> Score:
         return_waypoint=float(returns[0]),
         return_collision=float(returns[1]),
         rudder=float(np.asarray(voyages.rudder).mean()),
+        reversals=float(np.asarray(voyages.reversals).mean()),
+        weaving=float((np.asarray(voyages.reversals) >= WEAVING).mean()),
         by_ships=tuple(
             float(intruded[1][ships == n].mean()) if (ships == n).any() else None
             for n in range(slots + 1)

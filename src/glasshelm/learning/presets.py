@@ -141,7 +141,9 @@ PRESETS: dict[str, TrainConfig] = {
             noise=NoiseSettings("bursts"),
         ),
         imitation=ImitationSettings(
-            CourseSettings((-60.0, 60.0), (300.0,), (), (), horizon_s=600.0, step_s=20.0),
+            CourseSettings(
+                (-60.0, 60.0), (300.0,), (), (), keep_s=(), horizon_s=600.0, step_s=20.0
+            ),
             stretches=3,
             iterations=3,
             updates=4,

@@ -33,7 +33,8 @@ class CourseSettings:
 
     One alteration: each of ``offsets_deg`` for each of ``durations_s``. Two:
     each of ``first_deg`` for ``first_s``, then ``second_deg`` for ``second_s``.
-    After it the ship steers for the waypoint.
+    And the present heading, kept for each of ``keep_s``. After it the ship
+    steers for the waypoint.
     """
 
     offsets_deg: tuple[float, ...] = (*(-a for a in reversed(_SIDE)), *_SIDE)
@@ -42,15 +43,19 @@ class CourseSettings:
     first_s: tuple[float, ...] = (200.0, 500.0, 900.0)
     second_deg: tuple[float, ...] = (-60.0, -30.0, 30.0, 60.0)
     second_s: tuple[float, ...] = (500.0, 1000.0)
+    keep_s: tuple[float, ...] = (150.0, 400.0, 700.0, 1000.0, 1400.0, 1900.0)
     horizon_s: float = 2400.0
     step_s: float = 10.0
     #: Weight of the danger, and how near the domain (in Eq. 13, unclipped) it begins to count.
     danger_weight: float = 10.0
     danger_margin: float = 0.25
     danger_softness: float = 0.08
+    #: Cost (in return) of one radian of altering, over the whole manoeuvre: of two that are
+    #: nearly as good, the one being steered is kept. Without it the ship weaves.
+    alter_cost: float = 5.0
 
     def manoeuvres(self) -> Float[np.ndarray, "c 4"]:
-        """All manoeuvres: offset [rad], duration [s], second offset [rad], duration [s]."""
+        """Those off the waypoint: offset [rad], duration [s], second offset [rad], duration [s]."""
         one = [(a, s, 0, 0) for a in self.offsets_deg for s in self.durations_s if a]
         two = [
             (a, s, b, t)
@@ -74,7 +79,7 @@ class Plan(eqx.Module):
 
     offset_rad: Float[Array, "*b"]
     values: Float[Array, "*b c"]
-    offsets_rad: Float[Array, " c"]
+    offsets_rad: Float[Array, "*b c"]
 
 
 class Situation(eqx.Module):
@@ -128,7 +133,10 @@ def plan_course(
     loop over the manoeuvres for the compiler, four times as fast.
     """
     at = situation_of(seen, ship)
-    offset, until, offset2, duration2 = jnp.asarray(settings.manoeuvres()).T
+    keep = jnp.array([(0.0, seconds, 0.0, 0.0) for seconds in settings.keep_s]).reshape(-1, 4)
+    keep = keep.at[:, 0].set(-at.bearing_rad)  # in her frame the present heading is 0
+    table = jnp.concatenate([jnp.asarray(settings.manoeuvres()), keep])
+    offset, until, offset2, duration2 = table.T
     helm, tau = helm_of(ship), settings.step_s
 
     def go(ahead: _Ahead, time: Float[Array, ""]) -> tuple[_Ahead, None]:
@@ -143,7 +151,10 @@ def plan_course(
     times = jnp.arange(round(settings.horizon_s / tau), dtype=jnp.float32) * tau
     ahead, _ = jax.lax.scan(go, start, times)
     begins = jnp.where(until > 0, offset, 0.0)
-    return Plan(begins[jnp.argmax(ahead.value)], ahead.value, begins)
+    last = jnp.where(duration2 > 0, offset2, begins)
+    altered = jnp.abs(wrap_angle(at.bearing_rad + begins)) + jnp.abs(last - begins) + jnp.abs(last)
+    values = ahead.value - settings.alter_cost * altered
+    return Plan(begins[jnp.argmax(values)], values, begins)
 
 
 def _sail(
