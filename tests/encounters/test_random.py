@@ -6,7 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from glasshelm.encounters.random import PAPER, WIDE, random_encounter, random_scenario
+from glasshelm.encounters.random import (
+    CONVERGING,
+    PAPER,
+    WIDE,
+    random_encounter,
+    random_scenario,
+)
 from glasshelm.geometry import Vector, to_body
 from glasshelm.ships import SHIPS
 from glasshelm.world.domain import danger_unclipped
@@ -107,6 +113,18 @@ def test_wide_varies_waypoint_and_heading(wide):
         assert high - margin < values.max() <= high
     for leaf in [*jax.tree.leaves(wide.own), wide.route.x, wide.targets.east_m]:
         assert bool(jnp.all(jnp.isfinite(leaf)))
+
+
+def test_converging_ships_go_much_the_same_way_and_come_from_both_sides():
+    drawn = draw(CONVERGING)
+    _, _, course, _ = columns(drawn)
+    assert np.degrees(np.abs(course)).max() <= 50.1
+    _, body = offset_and_body(drawn)
+    present, across = np.asarray(drawn.present), np.asarray(body.x)
+    near = present & (np.hypot(*body) < 4_000)
+    pinched = (near & (across < 0)).any(-1) & (near & (across > 0)).any(-1)
+    assert pinched[present.sum(-1) >= 2].mean() > 0.3
+    assert float(jnp.hypot(*offset_and_body(drawn)[0]).min()) >= 5.5 * float(SHIP.loa_m)
 
 
 def test_counts_are_uniform_from_none_to_six(paper):

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from glasshelm.encounters.random import RandomEncounters
+from glasshelm.encounters.random import PAPER, RandomEncounters
 from glasshelm.learning.analytic import (
     AnalyticSettings,
     draw_batch,
@@ -29,7 +29,7 @@ NEAR = RandomEncounters(
     spawn_danger=-0.1,
 )
 SETTINGS = AnalyticSettings(
-    worlds_by_count=(1, 2, 2), encounters=NEAR, every_other=None, decisions=8, rudder_pull=0.0
+    worlds_by_count=(1, 2, 2), encounters=NEAR, beside=(), decisions=8, rudder_pull=0.0
 )
 ACTOR = make_actor(
     "attention",
@@ -176,9 +176,11 @@ def test_rudder_pull_asks_for_less_rudder():
     assert rudder(moved(ACTOR, extra, -small)) < rudder(ACTOR) < rudder(moved(ACTOR, extra, small))
 
 
-def test_every_other_world_begins_as_in_the_paper():
-    settings = AnalyticSettings(worlds_by_count=(4, 4, 4))
+def test_worlds_begin_in_turn_as_the_settings_say():
+    near = dataclasses.replace(PAPER, waypoint_m=(9_000.0, 9_000.0))
+    settings = AnalyticSettings(worlds_by_count=(4, 4, 4), beside=(PAPER, near, PAPER))
     batch = draw_batch(jax.random.key(0), SHIP, settings)
     np.testing.assert_array_equal(batch.present.sum(-1), np.repeat([0, 1, 2], 4))
     far = np.isclose(batch.route.y[:, 0], 46_300.0)
     np.testing.assert_array_equal(far, np.arange(12) % 2 == 1)
+    np.testing.assert_array_equal(np.isclose(batch.route.y[:, 0], 9_000.0), np.arange(12) % 4 == 2)

@@ -3,7 +3,9 @@
 ``PAPER`` is the paper's distribution with the spawn rule of docs/paper.md;
 ``WIDE`` contains it and adds starts that the paper's never shows (ships abeam
 or astern from 1.5 km, near waypoints, own ship off her course), so that a
-pilot trained on it has met what Imazu cases and real traffic look like.
+pilot trained on it has met what Imazu cases and real traffic look like;
+``CONVERGING`` is the part of it in which all ships go much the same way as own
+ship and close on her slowly, from one side or from both.
 """
 
 import dataclasses
@@ -51,6 +53,14 @@ WIDE = RandomEncounters(
     spawn_danger=-0.3,
     waypoint_m=(10_000.0, 46_300.0),
     own_heading_rad=math.radians(20),
+)
+
+CONVERGING = dataclasses.replace(
+    WIDE,
+    collision_course_rad=(-math.radians(45), math.radians(45)),
+    time_to_collision_s=(900.0, 2000.0),
+    position_noise_m=300.0,
+    course_noise_rad=math.radians(5),
 )
 
 

@@ -23,7 +23,13 @@ import jax.numpy as jnp
 import optax
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from glasshelm.encounters.random import PAPER, WIDE, RandomEncounters, random_encounter
+from glasshelm.encounters.random import (
+    CONVERGING,
+    PAPER,
+    WIDE,
+    RandomEncounters,
+    random_encounter,
+)
 from glasshelm.encounters.types import Encounter
 from glasshelm.geometry import Vector, direction, wrap_angle
 from glasshelm.learning.losses import polyak
@@ -50,8 +56,8 @@ class AnalyticSettings:
     #: Worlds with 0, 1, 2, ... ships in every batch.
     worlds_by_count: tuple[int, ...] = (4, 10, 16, 20, 24, 26, 28)
     encounters: RandomEncounters = WIDE
-    #: Every other world begins as in the paper (none: all as above).
-    every_other: RandomEncounters | None = PAPER
+    #: In turn with these, world by world: half of all begin as in the paper.
+    beside: tuple[RandomEncounters, ...] = (PAPER, CONVERGING, PAPER)
     decisions: int = 160
     #: A command is held for this many steps while training.
     hold: int = 3
@@ -105,15 +111,16 @@ def draw_batch(key: PRNGKeyArray, ship: ShipParams, settings: AnalyticSettings) 
     def draw(encounters: RandomEncounters) -> Encounter:
         return jax.vmap(lambda k, n: random_encounter(k, ship, encounters, n))(keys, counts)
 
-    wide = draw(settings.encounters)
-    if settings.every_other is None:
-        return wide
-    other = jnp.arange(settings.worlds) % 2 == 1
-    return jax.tree.map(
-        lambda a, b: jnp.where(other.reshape(-1, *[1] * (a.ndim - 1)), b, a),
-        wide,
-        draw(dataclasses.replace(settings.every_other, targets=settings.encounters.targets)),
-    )
+    turn = jnp.arange(settings.worlds) % (1 + len(settings.beside))
+    batch = draw(settings.encounters)
+    for number, other in enumerate(settings.beside, 1):
+        drawn = draw(dataclasses.replace(other, targets=settings.encounters.targets))
+        batch = jax.tree.map(
+            lambda a, b, n=number: jnp.where((turn == n).reshape(-1, *[1] * (a.ndim - 1)), b, a),
+            batch,
+            drawn,
+        )
+    return batch
 
 
 def smooth_reward(
