@@ -1,9 +1,11 @@
+import dataclasses
 import json
 
+import jax
 import jax.numpy as jnp
 import pytest
 
-from glasshelm.encounters.random import random_scenario
+from glasshelm.encounters.random import PAPER, WIDE, random_scenario
 from glasshelm.encounters.source import BUNDLED, scenario_from
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
@@ -19,6 +21,29 @@ def test_random_with_exactly_so_many_ships(ships):
     assert s.encounter.present.shape == (ships,)
     assert bool(jnp.all(motion_at(s.encounter.targets, jnp.zeros(())).present))
     assert len(s.targets) == ships
+
+
+@pytest.mark.parametrize(
+    ("settings", "source"),
+    [
+        (PAPER, "random:7"),
+        (WIDE, "wide:7"),
+        (dataclasses.replace(PAPER, targets=(3, 3)), "random:7:3"),
+        (dataclasses.replace(WIDE, targets=(6, 6)), "wide:7:6"),
+    ],
+)
+def test_the_label_of_a_random_encounter_draws_it_again(settings, source):
+    made = random_scenario(7, SHIP, settings)
+    assert made.source == source
+    again = scenario_from(made.source, SHIP)
+    for a, b in zip(jax.tree.leaves(made.encounter), jax.tree.leaves(again.encounter), strict=True):
+        assert bool(jnp.all(a == b))
+
+
+def test_the_label_of_settings_without_a_name_tells_them():
+    calm = dataclasses.replace(PAPER, position_noise_m=0.0, targets=(2, 2))
+    told = random_scenario(7, SHIP, calm).source
+    assert told == "random:7 with position_noise_m=0.0, targets=(2, 2)"
 
 
 def test_random_by_seed_and_imazu():
@@ -61,6 +86,7 @@ def test_files_are_known_by_name_or_content(tmp_path):
         ("random:", "must be random:SEED"),
         ("random:x", "must be random:SEED"),
         ("random:-1", "must be random:SEED"),
+        ("wide:x", "must be wide:SEED or wide:SEED:SHIPS"),
         ("random:1:2:3", "must be random:SEED"),
         ("random:1:", "must be random:SEED"),
         ("random:1:501", "at most 500 ships"),

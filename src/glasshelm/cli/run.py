@@ -22,7 +22,8 @@ def run(
     Ctrl-C ends the voyage; what is written stays and can be read.
 
     Args:
-        source: random:SEED, imazu:5, gulf-of-finland, path/to/situation.json, path/to/ais.csv, …
+        source: random:SEED, wide:SEED, imazu:5, gulf-of-finland, path/to/situation.json,
+            path/to/ais.csv, …
         pilot: A bundled pilot (by default the ship's), straight, a planner (paper-planner,
             large-ship-planner), or a .safetensors file.
         ship: Own ship: paper or large_ship.

@@ -54,6 +54,8 @@ WIDE = RandomEncounters(
     waypoint_m=(10_000.0, 46_300.0),
     own_heading_rad=math.radians(20),
 )
+#: Distributions that a source string can name: ``random:7``, ``wide:7``.
+FAMILIES = {"random": PAPER, "wide": WIDE}
 
 CONVERGING = dataclasses.replace(
     WIDE,
@@ -97,18 +99,37 @@ def random_encounter(
 
 
 def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PAPER) -> Scenario:
-    """The random encounter of one seed, with names, its empty slots dropped."""
+    """The random encounter of one seed, with names, its empty slots dropped.
+
+    ``source`` says what draws it again (:func:`source_of`).
+    """
     encounter = jax.jit(random_encounter, static_argnums=2)(jax.random.key(seed), ship, settings)
     count = int(encounter.present.sum())
     kept = jax.tree.map(lambda x: x[:count], encounter.targets)
     return Scenario(
-        source=f"random:{seed}",
+        source=source_of(seed, settings),
         title=f"Random encounter {seed}: {count} {'ship' if count == 1 else 'ships'}",
         encounter=Encounter(encounter.own, encounter.route, kept, encounter.present[:count]),
         targets=tuple(TargetInfo(str(i + 1), f"ship {i + 1}") for i in range(count)),
         ship=ship,
         duration_s=2400.0,
     )
+
+
+def source_of(seed: int, settings: RandomEncounters = PAPER) -> str:
+    """What draws an encounter again: ``random:7``, ``wide:7``, ``random:7:3`` for exactly 3 ships.
+
+    Of settings that no string names, the fields in which they differ from ``PAPER``.
+    """
+    ships = settings.targets[1]
+    for family, named in FAMILIES.items():
+        if settings == named:
+            return f"{family}:{seed}"
+        if settings == dataclasses.replace(named, targets=(ships, ships)):
+            return f"{family}:{seed}:{ships}"
+    own, paper = dataclasses.asdict(settings), dataclasses.asdict(PAPER)
+    changed = ", ".join(f"{name}={own[name]}" for name in own if own[name] != paper[name])
+    return f"random:{seed} with {changed}"
 
 
 def _spawn(

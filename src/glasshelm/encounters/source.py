@@ -6,7 +6,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 from glasshelm.encounters.imazu import imazu_scenario
-from glasshelm.encounters.random import PAPER, random_scenario
+from glasshelm.encounters.random import FAMILIES, random_scenario
 from glasshelm.encounters.recorded import RecordingSettings, recorded_scenario
 from glasshelm.encounters.situation import read_situation
 from glasshelm.encounters.types import Scenario
@@ -19,7 +19,8 @@ BUNDLED: dict[str, tuple[str, str | None]] = {
     "new-york": ("new_york.csv.gz", "367000190"),
 }
 SOURCES = (
-    "random:SEED, random:SEED:SHIPS, imazu:1 to imazu:22, imazu:8b, imazu:12b, "
+    "random:SEED, random:SEED:SHIPS, wide:SEED, wide:SEED:SHIPS, "
+    "imazu:1 to imazu:22, imazu:8b, imazu:12b, "
     f"{', '.join(BUNDLED)}, or a file: .json (DNV traffic situation), "
     ".csv, .nmea (AIS; also .gz)"
 )
@@ -37,7 +38,8 @@ def scenario_from(
     """The scenario that ``source`` names, for a ship.
 
     ``random:7`` is the random encounter of seed 7, ``random:7:3`` one of
-    exactly 3 ships; ``imazu:8b`` a designed case; ``gulf-of-finland`` and
+    exactly 3 ships; ``wide:7`` one of the wider distribution that pilots are
+    trained on; ``imazu:8b`` a designed case; ``gulf-of-finland`` and
     ``new-york`` are recordings that come with the package; anything else is a
     file. ``own``, ``at`` and ``settings`` are those of
     :func:`glasshelm.encounters.recorded.recorded_scenario`. InputError for an
@@ -52,9 +54,9 @@ def scenario_from(
             scenario = recorded_scenario(path, ship, chosen, at, settings)
         return dataclasses.replace(scenario, source=source)
     path = Path(source)
-    if kind in ("random", "imazu") and not path.exists():
+    if kind in (*FAMILIES, "imazu") and not path.exists():
         _only_recorded(source, own, at)
-        return imazu_scenario(rest, ship) if kind == "imazu" else _random(source, rest, ship)
+        return imazu_scenario(rest, ship) if kind == "imazu" else _random(kind, rest, ship)
     if not path.is_file():
         raise InputError(f"no source {source!r} (nor such a file): choose {SOURCES}")
     if _is_json(path):
@@ -63,20 +65,23 @@ def scenario_from(
     return recorded_scenario(path, ship, own, at, settings)
 
 
-def _random(source: str, rest: str, ship: ShipParams) -> Scenario:
+def _random(family: str, rest: str, ship: ShipParams) -> Scenario:
+    source = f"{family}:{rest}"
     seed, _, count = rest.partition(":")
     given = [seed] if ":" not in rest else [seed, count]
     if not all(text.isascii() and text.isdigit() for text in given):
-        raise InputError(f"{source!r}: must be random:SEED or random:SEED:SHIPS (whole numbers)")
+        raise InputError(
+            f"{source!r}: must be {family}:SEED or {family}:SEED:SHIPS (whole numbers)"
+        )
     if int(seed) > _LARGEST_SEED:
         raise InputError(f"{source!r}: the seed must be at most {_LARGEST_SEED}")
-    if len(given) == 1:
-        return random_scenario(int(seed), ship)
-    ships = int(count)
-    if ships > MOST_SHIPS:
-        raise InputError(f"{source!r}: at most {MOST_SHIPS} ships")
-    settings = dataclasses.replace(PAPER, targets=(ships, ships))
-    return dataclasses.replace(random_scenario(int(seed), ship, settings), source=source)
+    settings = FAMILIES[family]
+    if len(given) > 1:
+        ships = int(count)
+        if ships > MOST_SHIPS:
+            raise InputError(f"{source!r}: at most {MOST_SHIPS} ships")
+        settings = dataclasses.replace(settings, targets=(ships, ships))
+    return random_scenario(int(seed), ship, settings)
 
 
 def _only_recorded(source: str, own: object, at: object) -> None:
