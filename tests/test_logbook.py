@@ -1,8 +1,12 @@
 import json
+import typing
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import pyarrow.parquet as pq
 import pytest
+from tests import voyages
 
 from glasshelm import frames as f
 from glasshelm import logbook, parquet
@@ -138,15 +142,50 @@ def test_parquet_has_a_row_for_each_target_and_for_an_empty_frame(tmp_path):
     assert rows[2]["target_q"] is None
     assert rows[2]["target_lost"] is True
     assert rows[3]["value_total"] == 0.5
-    assert rows[3]["outside"] == "x; y"
+    assert rows[3]["outside"] == ["x", "y"]
     assert rows[0]["own_rudder_rad"] is None
 
 
-def test_every_number_of_a_frame_has_a_column():
+def frames_of(rows: list[dict[str, Any]]) -> list[f.Frame]:
+    """The table backwards: rows of one time are one frame, names with a prefix one part of it."""
+
+    def part(kind: type, prefix: str, row: dict[str, Any]) -> Any:
+        values: dict[str, Any] = {}
+        for name, hint in typing.get_type_hints(kind).items():
+            inner = [h for h in typing.get_args(hint) or [hint] if isinstance(h, type)]
+            struct = next((h for h in inner if issubclass(h, msgspec.Struct)), None)
+            if name == "targets":
+                value = []
+            elif struct is not None:
+                value = part(struct, f"{prefix}{name}_", row)
+            else:
+                value = row[prefix + name]
+            if value is not None:
+                values[name] = value
+        return kind(**values) if values else None
+
+    made: dict[float, f.Frame] = {}
+    for row in rows:
+        whole = made.setdefault(row["time_s"], part(f.Frame, "", row))
+        if row["target_id"] is not None:
+            whole.targets.append(part(f.Target, "target_", row))
+    return list(made.values())
+
+
+@pytest.mark.parametrize("made", [FRAMES, voyages.learned()[:30], voyages.plain()[:5]])
+def test_the_frames_can_be_made_again_from_the_table(tmp_path, made):
+    # Everything is in it, Q over the rudder range of the frame and of each target too.
+    path = tmp_path / "frames.parquet"
+    parquet.to_parquet(made, path)
+    assert frames_of(pq.read_table(path).to_pylist()) == made
+
+
+def test_every_value_of_a_frame_has_a_column():
     known = set(parquet.columns())
     for row in parquet.rows(FRAMES):
         assert set(row) <= known
     assert {"own_latitude_deg", "ship_K_1_s", "target_intention_level", "reward_total"} <= known
+    assert {"sweep_rudder_rad", "sweep_collision", "target_q_sweep"} <= known
 
 
 def test_parquet_without_pyarrow_says_how_to_get_it(tmp_path, monkeypatch):

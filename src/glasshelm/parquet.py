@@ -1,9 +1,10 @@
 """Frames as a Parquet table: one row a frame and target, flat columns.
 
 Columns are the frame's fields with dots as underscores (``own_east_m``,
-``value_total``), the target's under ``target_``. What is absent is null; a
-frame without targets is one row whose target columns are null. Lists (the
-rudder sweep) stay in the log.
+``value_total``), the target's under ``target_``; lists (Q over the rudder
+range) are list columns. What is absent is null; a frame without targets is one
+row whose target columns are null. What belongs to a frame is repeated in each
+of its rows, and the compression takes care of that.
 """
 
 import types
@@ -29,7 +30,8 @@ def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
         raise InputError(
             "Parquet needs pyarrow, which is not installed: pip install 'glasshelm[parquet]'"
         ) from None
-    kinds = {float: pa.float64(), str: pa.string(), bool: pa.bool_()}
+    kinds: dict[Any, Any] = {float: pa.float64(), str: pa.string(), bool: pa.bool_()}
+    kinds |= {list[kind]: pa.list_(kinds[kind]) for kind in (float, str)}
     schema = pa.schema([(name, kinds[kind]) for name, kind in columns().items()])
     total = 0
     try:
@@ -43,7 +45,7 @@ def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
     return total
 
 
-def columns() -> dict[str, type]:
+def columns() -> dict[str, Any]:
     """Name and type of every column, in order."""
     return _flat_types(Frame, "") | _flat_types(Target, "target_")
 
@@ -64,22 +66,18 @@ def _flat(part: msgspec.Struct, prefix: str) -> dict[str, Any]:
         value = getattr(part, field)
         if isinstance(value, msgspec.Struct):
             values |= _flat(value, f"{prefix}{field}_")
-        elif field == "outside" and value is not None:
-            values[prefix + field] = "; ".join(value)
-        elif value is not None and not isinstance(value, list):
+        elif value is not None and field != "targets":
             values[prefix + field] = value
     return values
 
 
-def _flat_types(struct: type[msgspec.Struct], prefix: str) -> dict[str, type]:
-    found: dict[str, type] = {}
+def _flat_types(struct: type[msgspec.Struct], prefix: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     for name, hint in typing.get_type_hints(struct).items():
         kind = _plain(hint)
-        if name == "outside":
-            found[prefix + name] = str
-        elif isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
             found |= _flat_types(kind, f"{prefix}{name}_")
-        elif kind in (float, str, bool):
+        elif name != "targets":
             found[prefix + name] = kind
     return found
 
