@@ -154,6 +154,31 @@ def test_nearest_waypoint_and_length_can_be_chosen(tmp_path):
     assert s.ship.loa_m == 50.0
 
 
+def test_stops_do_not_count_to_the_speed(tmp_path):
+    # North at 10.8 kn for 10 min, stopped for 15, at 10.8 kn again for 15: a mean of 6.75 kn.
+    rows = ["t,mmsi,lat,lon,sog,cog"]
+    for minute in range(41):
+        sailed = min(minute, 10) + max(minute - 25, 0)
+        sog = 0.2 if 10 <= minute < 25 else SPEED_KN
+        rows.append(f"2024-01-01T00:{minute:02d}:00,{OWN},{59 + 0.003 * sailed:.5f},10.5,{sog},0")
+    path = tmp_path / "stops.csv"
+    path.write_text("\n".join(rows))
+    s = recorded_scenario(path, SHIP, OWN)
+    assert s.ship.speed_m_s == pytest.approx(SPEED_KN * KNOT_M_S)
+    assert any("stops or drifts for 15 of 40 min" in note for note in s.notes)
+
+
+def test_a_slow_ship_is_under_way_too(tmp_path):
+    rows = ["t,mmsi,lat,lon,sog,cog"]
+    for minute in range(60):
+        rows.append(f"2024-01-01T00:{minute:02d}:00,{OWN},{59 + 0.0006 * minute:.5f},10.5,2.16,0")
+    path = tmp_path / "slow.csv"
+    path.write_text("\n".join(rows))
+    s = recorded_scenario(path, SHIP, OWN)
+    assert s.ship.speed_m_s == pytest.approx(2.16 * KNOT_M_S)
+    assert not any("stops" in note for note in s.notes)
+
+
 def test_gulf_of_finland_has_its_recorded_own_ship():
     s = recorded_scenario(GULF, SHIP)
     assert len(s.targets) == 94

@@ -12,7 +12,7 @@ from glasshelm.encounters.ais_clean import clean
 from glasshelm.encounters.ais_csv import read_csv
 from glasshelm.encounters.ais_nmea import read_nmea
 from glasshelm.encounters.ais_table import OWN_SENSORS, Particulars, Recording, Reports
-from glasshelm.encounters.candidates import candidates
+from glasshelm.encounters.candidates import UNDER_WAY_KN, candidates
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.random import WIDE
 from glasshelm.encounters.tracks import Row, single_track, stack_rows
@@ -64,8 +64,8 @@ def recorded_scenario(
     ``own`` is an MMSI, or ``"recorded"`` for the ship whose sensors the file
     holds (the default where there is one); ``at`` the time (UTC) of t = 0, by
     default her first report. She keeps K, T and rudder of ``ship``; her speed
-    is her mean recorded speed, her length the recording's where known. Her
-    waypoint lies in the direction of her last known position (or of the
+    is her mean recorded speed under way (a pilot cannot stop her, so her stops
+    do not count), her length the recording's where known. Her waypoint lies in the direction of her last known position (or of the
     farthest one, if she came back), at least ``nearest_waypoint_m`` off. Every
     report of a target is a leg: she is dead-reckoned from it until the next,
     and lost after ``lost_after_s``. Own ship's echo in the AIS is left out.
@@ -209,14 +209,26 @@ def _fitted(
     settings: RecordingSettings,
     notes: list[str],
 ) -> ShipParams:
-    """The ship with the recorded one's mean speed and, where known, length and beam."""
+    """The ship with the recorded one's mean speed under way and, where known, length and beam.
+
+    Under way is ``UNDER_WAY_KN`` or, for a slow ship, half of her highest speed.
+    """
     loa = settings.loa_m or known.length_m
     if loa is None:
         notes.append(f"own ship's length is not recorded: {float(ship.loa_m):.0f} m assumed")
         loa = float(ship.loa_m)
     beam = known.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
     lasts = np.diff(np.clip(own_row.start_s, 0.0, None), append=duration_s)
-    speed = float(np.sum(own_row.speed_m_s * lasts) / max(np.sum(lasts), 1e-9))
+    fastest = own_row.speed_m_s[lasts > 0].max(initial=0.0)
+    under_way = own_row.speed_m_s >= min(UNDER_WAY_KN * KNOT_M_S, 0.5 * fastest)
+    sailed = np.where(under_way, lasts, 0.0)
+    speed = float(np.sum(own_row.speed_m_s * sailed) / max(np.sum(sailed), 1e-9))
+    stopped_min = (duration_s - np.sum(sailed)) / 60
+    if stopped_min >= 1:
+        notes.append(
+            f"own ship stops or drifts for {stopped_min:.0f} of {duration_s / 60:.0f} min: "
+            f"her speed is the mean of the rest, {speed / KNOT_M_S:.1f} kn"
+        )
     return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
 
 
