@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from glasshelm.encounters.random import PAPER, RandomEncounters
+from glasshelm.geometry import Vector
 from glasshelm.learning.analytic import (
     AnalyticSettings,
     draw_batch,
@@ -96,6 +97,20 @@ def test_closed_loop_return_is_the_open_loop_return_of_the_same_commands():
     np.testing.assert_allclose(open_loop(actions, BATCH), voyages.returns, rtol=1e-3, atol=1e-3)
     assert (np.asarray(voyages.worst[1:]) > -0.2).any()  # the batch is not all open sea
     assert float(voyages.worst[0]) < -100  # nobody there
+
+
+def test_open_loop_follows_a_route_of_several_waypoints():
+    # The second waypoint lies abeam of the first: whoever steers for it is paid otherwise.
+    near, abeam = jnp.float32([0.0, 9000.0]), jnp.float32([700.0, 700.0])
+    routes = Vector(jnp.tile(near, (5, 1)), jnp.tile(abeam, (5, 1)))
+    batch = eqx.tree_at(lambda b: b.route, BATCH, routes)
+    settings = dataclasses.replace(SETTINGS, decisions=20)
+    log, voyages = eqx.filter_jit(sail)(ACTOR, batch, SHIP, settings)
+    returns = jax.jit(jax.vmap(lambda e, a: voyage_return(e, a, SHIP, settings)))
+    np.testing.assert_allclose(returns(batch, log.actions.T), voyages.returns, rtol=1e-3, atol=1e-3)
+    first = Vector(routes.x[:, :1], routes.y[:, :1])
+    only_first = returns(eqx.tree_at(lambda b: b.route, batch, first), log.actions.T)
+    assert float(jnp.abs(only_first - voyages.returns).min()) > 0.1
 
 
 def test_gradient_without_feedback_is_the_finite_difference_of_the_commands():

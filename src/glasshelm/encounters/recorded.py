@@ -65,10 +65,11 @@ def recorded_scenario(
     holds (the default where there is one); ``at`` the time (UTC) of t = 0, by
     default her first report. She keeps K, T and rudder of ``ship``; her speed
     is her mean recorded speed under way (a pilot cannot stop her, so her stops
-    do not count), her length the recording's where known. Her waypoint lies in the direction of her last known position (or of the
-    farthest one, if she came back), at least ``nearest_waypoint_m`` off. Every
-    report of a target is a leg: she is dead-reckoned from it until the next,
-    and lost after ``lost_after_s``. Own ship's echo in the AIS is left out.
+    do not count), her length the recording's where known. Her waypoint lies in
+    the direction of her last known position (or of the farthest one, if she
+    came back), at least ``nearest_waypoint_m`` off. Every report of a target is
+    a leg: she is dead-reckoned from it until the next, and lost after
+    ``lost_after_s``. Own ship's echo in the AIS is left out.
     InputError if there is no such ship, she goes nowhere, or ``at`` is not a
     time at which she is heard.
     """

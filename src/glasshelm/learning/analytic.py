@@ -43,6 +43,7 @@ from glasshelm.world.step import (
     WorldState,
     begin,
     margins,
+    next_leg,
     step,
     targets_at,
     waypoint_of,
@@ -168,33 +169,26 @@ def voyage_return(
     actions: Float[Array, " t"],
     ship: ShipParams,
     settings: AnalyticSettings,
-    own: ShipState | None = None,
-    time_s: Float[Array, ""] | float = 0.0,
 ) -> Float[Array, ""]:
     """Smooth return of one encounter under a fixed sequence of commands (open loop).
 
-    From the encounter's beginning, or from own ship's state at ``time_s``.
-
     The same sum as :func:`sail`'s, but of the ship and the targets alone: what
-    she would see on the way is not needed, and is most of the work. Only the
-    first waypoint counts: random encounters have one.
+    she would see on the way is not needed, and is most of the work.
     """
-    step_s = WorldSettings().step_s
-    waypoint = waypoint_of(encounter, jnp.zeros((), jnp.int32))
+    world = WorldSettings()
 
-    def go(carry: tuple[ShipState, Float[Array, ""]], action: Float[Array, ""]):
-        own, time = carry
-        own = advance(own, action * ship.rudder_limit_rad, ship, step_s)
-        time = time + step_s
+    def go(carry: tuple[ShipState, Int[Array, ""], Int[Array, ""]], action: Float[Array, ""]):
+        own, leg, count = carry
+        own, count = advance(own, action * ship.rudder_limit_rad, ship, world.step_s), count + 1
+        leg, _ = next_leg(encounter, leg, own, world)
+        waypoint = waypoint_of(encounter, leg)
         to_waypoint = Vector(waypoint.x - own.east_m, waypoint.y - own.north_m)
         bearing = wrap_angle(direction(to_waypoint) - own.heading_rad)
-        margin = margins(own, targets_at(encounter, time), ship)
-        return (own, time), smooth_reward(bearing, margin, settings)
+        margin = margins(own, targets_at(encounter, count * world.step_s), ship)
+        return (own, leg, count), smooth_reward(bearing, margin, settings)
 
-    commands = jnp.repeat(actions, settings.hold)
-    _, rewards = jax.lax.scan(
-        go, (own or encounter.own, jnp.asarray(time_s, jnp.float32)), commands
-    )
+    commands, zero = jnp.repeat(actions, settings.hold), jnp.zeros((), jnp.int32)
+    _, rewards = jax.lax.scan(go, (encounter.own, zero, zero), commands)
     return rewards.sum() - _rudder_cost(actions, settings)
 
 

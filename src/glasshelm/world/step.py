@@ -85,6 +85,16 @@ def waypoint_of(encounter: Encounter, leg: Int[Array, ""]) -> Vector:
     return Vector(encounter.route.x[leg], encounter.route.y[leg])
 
 
+def next_leg(
+    encounter: Encounter, leg: Int[Array, ""], own: ShipState, settings: WorldSettings
+) -> tuple[Int[Array, ""], Bool[Array, ""]]:
+    """The waypoint to steer for from now on, and whether the last one is reached."""
+    waypoint = waypoint_of(encounter, leg)
+    reached = norm(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m)) < settings.arrival_m
+    last = leg >= encounter.route.x.shape[-1] - 1
+    return jnp.where(reached & ~last, leg + 1, leg), reached & last
+
+
 def step(
     encounter: Encounter,
     state: WorldState,
@@ -111,16 +121,8 @@ def observe_step(
     """
     count = state.step + 1
     motion = targets_at(encounter, count * settings.step_s)
-    waypoint = waypoint_of(encounter, state.leg)
-    reached = norm(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m)) < settings.arrival_m
-    last = state.leg >= encounter.route.x.shape[-1] - 1
-    moved = WorldState(
-        own,
-        count,
-        jnp.where(reached & ~last, state.leg + 1, state.leg),
-        state.observation,
-        state.danger,
-    )
+    leg, arrived = next_leg(encounter, state.leg, own, settings)
+    moved = WorldState(own, count, leg, state.observation, state.danger)
     after = _look(encounter, ship, moved, motion, first=False)
     changed_leg = after.leg != state.leg
     bearing = waypoint_bearing_rad(after.observation.waypoint[0])
@@ -131,8 +133,8 @@ def observe_step(
     return Outcome(
         after,
         reward,
-        terminated=reached & last,
-        truncated=(count >= settings.episode_steps) & ~(reached & last),
+        terminated=arrived,
+        truncated=(count >= settings.episode_steps) & ~arrived,
         margin=margins(own, motion, ship),
         range_m=norm(_body(own, motion)),
     )
