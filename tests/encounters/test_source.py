@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from glasshelm.encounters.random import PAPER, WIDE, random_scenario
+from glasshelm.encounters.random import CONVERGING, PAPER, WIDE, random_scenario
 from glasshelm.encounters.source import BUNDLED, scenario_from
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
@@ -28,6 +28,7 @@ def test_random_with_exactly_so_many_ships(ships):
     [
         (PAPER, "random:7"),
         (WIDE, "wide:7"),
+        (CONVERGING, "converging:7"),
         (dataclasses.replace(PAPER, targets=(3, 3)), "random:7:3"),
         (dataclasses.replace(WIDE, targets=(6, 6)), "wide:7:6"),
     ],

@@ -54,8 +54,6 @@ WIDE = RandomEncounters(
     waypoint_m=(10_000.0, 46_300.0),
     own_heading_rad=math.radians(20),
 )
-#: Distributions that a source string can name: ``random:7``, ``wide:7``.
-FAMILIES = {"random": PAPER, "wide": WIDE}
 
 CONVERGING = dataclasses.replace(
     WIDE,
@@ -64,6 +62,8 @@ CONVERGING = dataclasses.replace(
     position_noise_m=300.0,
     course_noise_rad=math.radians(5),
 )
+#: Distributions that a source string can name: ``random:7``, ``wide:7``, ``converging:7``.
+FAMILIES = {"random": PAPER, "wide": WIDE, "converging": CONVERGING}
 
 
 def random_encounter(

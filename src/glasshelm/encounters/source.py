@@ -19,7 +19,7 @@ BUNDLED: dict[str, tuple[str, str | None]] = {
     "new-york": ("new_york.csv.gz", "367000190"),
 }
 SOURCES = (
-    "random:SEED, random:SEED:SHIPS, wide:SEED, wide:SEED:SHIPS, "
+    "random:SEED, random:SEED:SHIPS, wide:SEED, converging:SEED, "
     "imazu:1 to imazu:22, imazu:8b, imazu:12b, "
     f"{', '.join(BUNDLED)}, or a file: .json (DNV traffic situation), "
     ".csv, .nmea (AIS; also .gz)"
@@ -39,9 +39,10 @@ def scenario_from(
 
     ``random:7`` is the random encounter of seed 7, ``random:7:3`` one of
     exactly 3 ships; ``wide:7`` one of the wider distribution that pilots are
-    trained on; ``imazu:8b`` a designed case; ``gulf-of-finland`` and
-    ``new-york`` are recordings that come with the package; anything else is a
-    file. ``own``, ``at`` and ``settings`` are those of
+    trained on, ``converging:7`` one of ships that go much the same way;
+    ``imazu:8b`` a designed case; ``gulf-of-finland`` and ``new-york`` are
+    recordings that come with the package; anything else is a file. ``own``,
+    ``at`` and ``settings`` are those of
     :func:`glasshelm.encounters.recorded.recorded_scenario`. InputError for an
     unknown source says what is possible.
     """
