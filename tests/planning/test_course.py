@@ -80,6 +80,21 @@ def test_of_two_sides_the_one_being_steered_is_kept(heading):
     assert float(fickle.values.max()) > float(plan(seen, SHIP).values.max())
 
 
+def test_between_two_ways_out_the_middle_is_what_costs():
+    """Imazu 19: two ships close in from both sides; a turn to either is better than none."""
+    paper = SHIPS["paper"]
+    seen = begin(imazu_scenario("19", paper).encounter, paper).observation
+    found = plan(seen, paper)
+    first = float(rudder_to(found.offset_rad, seen, paper))
+    rudders = np.array([float(rudder_to(o, seen, paper)) for o in found.offsets_rad])
+    values = np.asarray(found.values)
+    across = values[rudders * np.sign(first) < -0.5].max()
+    middle = values[np.abs(rudders) < 0.25].max()
+    assert abs(first) > 0.5
+    assert values.max() > across > middle + 20.0
+    assert float(stakes(found, seen, paper)) == pytest.approx(values.max() - middle, rel=1e-5)
+
+
 def test_she_turns_to_the_waypoint_at_once_where_nothing_is_in_the_way():
     seen = begin(scene(waypoint=(30_000.0, 30_000.0)), SHIP).observation
     assert abs(np.degrees(float(plan(seen, SHIP).offset_rad))) < 11

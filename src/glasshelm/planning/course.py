@@ -14,7 +14,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from glasshelm.geometry import Vector, direction, norm, to_body, velocity, wrap_angle
 from glasshelm.planning.helm import Helm, helm_of
@@ -213,10 +213,17 @@ def rudder_to(
 def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 
-    Another by half of the limit or more; 0 if there is none.
+    Another by half of the limit or more; where the best one begins with much
+    rudder, also about amidships, if that costs more: between two ways out the
+    other one costs nothing, but none of them much. 0 if there is no other.
     """
     rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
-    other = jnp.abs(rudders - rudder_to(plan.offset_rad, seen, ship)) > 0.5
-    second = jnp.where(other, plan.values, -jnp.inf).max()
+    first = rudder_to(plan.offset_rad, seen, ship)
     best = plan.values.max()
-    return jnp.where(jnp.isfinite(second), best - second, 0.0)
+
+    def lost(those: Bool[Array, " c"]) -> Float[Array, ""]:
+        value = jnp.where(those, plan.values, -jnp.inf).max()
+        return jnp.where(jnp.isfinite(value), best - value, 0.0)
+
+    amidships = (jnp.abs(rudders) < 0.25) & (jnp.abs(first) > 0.5)
+    return jnp.maximum(lost(jnp.abs(rudders - first) > 0.5), lost(amidships))
