@@ -93,6 +93,34 @@ def test_bad_input_is_one_clear_line(args, tmp_path):
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("args", "line"),
+    [
+        (("run", "imazu:1", "--ship", "tug"), "unknown ship 'tug': choose one of paper, large"),
+        (("run", "imazu:1", "--pilot", "folder.safetensors"), "a folder, not a weights file"),
+        (("run", "nan.json"), "nan.json: not JSON"),
+        (("run", "empty.csv"), "empty.csv: no time column"),
+        (("run", "new-york", "--own", "1"), "no usable report of MMSI 1"),
+        (("explain", "empty.jsonl"), "empty.jsonl: no frame in it"),
+        (
+            ("run", "imazu:1", "--pilot", "straight", "--steps", "1", "--out", "nan.json/x"),
+            "nan.json/x: cannot write the log (nan.json is a file)",
+        ),
+    ],
+)
+def test_mistakes_are_told_by_their_cause(args, line, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.safetensors").mkdir()
+    for name in ("empty.csv", "empty.jsonl"):
+        (tmp_path / name).touch()
+    position = '{"lat": NaN, "lon": 10}'
+    (tmp_path / "nan.json").write_text(f'{{"ownShip": {{"initial": {{"position": {position}}}}}}}')
+    assert main(list(args)) == 2
+    told = capsys.readouterr().err.splitlines()[-1]
+    assert told.startswith("glasshelm: ")
+    assert line in told
+
+
 def test_a_reader_who_goes_away_is_no_traceback():
     command = [sys.executable, "-m", "glasshelm", "train", "--help"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

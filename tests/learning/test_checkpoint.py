@@ -75,8 +75,20 @@ def test_other_files_are_told_as_such(path):
     save_file({"x": np.zeros(3)}, path)
     with pytest.raises(CheckpointError, match="not a glasshelm checkpoint"):
         read_header(path)
-    with pytest.raises(CheckpointError, match="damaged or not"):
+    with pytest.raises(CheckpointError, match="a folder, not a weights file"):
         read_header(path.parent)
+
+
+@pytest.mark.parametrize("header", [None, "{", "[1]"])
+def test_a_header_that_is_no_configuration_is_told_as_such(path, header):
+    from safetensors.numpy import save_file
+
+    path.parent.mkdir()
+    metadata = {"format": checkpoint.FORMAT} | ({} if header is None else {"header": header})
+    save_file({"x": np.zeros(3)}, path, metadata)
+    with pytest.raises(CheckpointError, match="header cannot be read") as error:
+        read_header(path)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 import pytest
 
+from glasshelm.errors import InputError
 from glasshelm.learning.records import LOG, Records, read_records
 
 
@@ -31,3 +32,10 @@ def test_tensorboard_gets_the_numbers(tmp_path):
     records.close()
     (events,) = (tmp_path / "tensorboard").iterdir()
     assert b"actor/return" in events.read_bytes()
+
+
+def test_a_folder_that_cannot_be_written_is_told_in_one_line(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="file: cannot write there") as error:
+        Records(tmp_path / "file", None, tensorboard=False)
+    assert "\n" not in str(error.value)

@@ -51,6 +51,8 @@ def run(
         if advise or any(x is not None for x in (pilot, own, at, steps)):
             raise InputError(f"{source}: a log is told as it is; leave out pilot, own, at, steps")
         frames = list(read(source))
+        if not frames:
+            raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
         from glasshelm.encounters.source import scenario_from
         from glasshelm.logbook import Logbook

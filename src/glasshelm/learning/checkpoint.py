@@ -46,6 +46,8 @@ def save_tree(path: Path, tree: Any, header: dict[str, Any]) -> str:
 
 def read_header(path: Path) -> dict[str, Any]:
     """The JSON header of a checkpoint; CheckpointError if the file is not one."""
+    if path.is_dir():
+        raise CheckpointError(f"{path}: a folder, not a weights file")
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
@@ -60,7 +62,13 @@ def read_header(path: Path) -> dict[str, Any]:
             f"{path}: not a glasshelm checkpoint "
             f"(format {metadata.get('format')!r}, not {FORMAT!r})"
         )
-    return json.loads(metadata["header"])
+    try:
+        header = json.loads(metadata.get("header", ""))
+    except json.JSONDecodeError:
+        header = None
+    if not isinstance(header, dict):
+        raise CheckpointError(f"{path}: its header cannot be read; fetch or train it again")
+    return header
 
 
 def load_tree(path: Path, like: Tree) -> Tree:

@@ -5,17 +5,25 @@ import json
 from pathlib import Path
 from typing import Any
 
+from glasshelm.errors import InputError
+
 LOG = "log.jsonl"
 
 
 class Records:
-    """The log of one training; lines written after the checkpoint resumed from are dropped."""
+    """The log of one training; lines written after the checkpoint resumed from are dropped.
+
+    InputError if the folder cannot be written.
+    """
 
     def __init__(self, folder: Path, resumed_at: int | None, tensorboard: bool = True):
         self.path = folder / LOG
-        folder.mkdir(parents=True, exist_ok=True)
-        kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
-        self.path.write_text("".join(json.dumps(line) + "\n" for line in kept))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
+            self.path.write_text("".join(json.dumps(line) + "\n" for line in kept))
+        except OSError as error:
+            raise InputError(f"{folder}: cannot write there ({error.strerror})") from None
         self._board = None
         if tensorboard and importlib.util.find_spec("tensorboardX"):
             from tensorboardX import SummaryWriter

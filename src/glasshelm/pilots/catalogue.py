@@ -7,7 +7,7 @@ from glasshelm.pilots.learned import LearnedPilot, read_pilot
 from glasshelm.pilots.planner import PlannerPilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.types import Pilot
-from glasshelm.ships import SHIPS
+from glasshelm.ships import SHIPS, ship_named
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
@@ -30,7 +30,9 @@ def default_pilot(ship: str) -> str:
     """The name of the pilot that steers a preset ship when nobody names one.
 
     The bundled attention pilot, which explains most; the sum pilot where only that is there.
+    InputError names the ships if it is none of them.
     """
+    ship_named(ship)
     names = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
     return next((name for name in names if name in bundled()), names[0])
 
