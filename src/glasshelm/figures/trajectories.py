@@ -76,19 +76,33 @@ def _closest(ax: Axes, voyage: Series) -> None:
     x = nm(np.array([voyage.east_m[k], ship.east_m[k]]))
     y = nm(np.array([voyage.north_m[k], ship.north_m[k]]))
     ax.plot(x, y, color=INK, lw=1.0, ls=(0, (1.5, 1.5)), zorder=4.5)
-    away = np.array([np.diff(x)[0], np.diff(y)[0]])
-    away = away / max(float(np.linalg.norm(away)), 1e-9)
+    side = _clearer_side(ax, voyage, x, y)
     ax.annotate(
         f"{ship.range_m[k] / NAUTICAL_MILE_M:.2f} NM",
-        (x[1], y[1]),
-        xytext=(15 * away[0], 11 * away[1]),
+        (x.mean(), y.mean()),
+        xytext=(6 * side[0], 9 * side[1]),
         textcoords="offset points",
-        ha="left" if away[0] > 0.3 else "right" if away[0] < -0.3 else "center",
+        ha="left" if side[0] > 0.3 else "right" if side[0] < -0.3 else "center",
         va="center",
         fontsize=7.5,
         path_effects=maps.HALO,
         zorder=7,
     )
+
+
+def _clearer_side(ax: Axes, voyage: Series, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The direction square to a line on which its label stays clearer of all tracks."""
+    along = np.array([np.diff(x)[0], np.diff(y)[0]])
+    square = np.array([along[1], -along[0]]) / max(float(np.linalg.norm(along)), 1e-9)
+    tracks = [(voyage.east_m, voyage.north_m), *((s.east_m, s.north_m) for s in voyage.ships)]
+    points = np.concatenate([np.stack([nm(e), nm(n)], -1) for e, n in tracks])
+    reach = 0.08 * float(np.diff(ax.get_ylim())[0])
+
+    def room(side: np.ndarray) -> float:
+        label = np.array([x.mean(), y.mean()]) + reach * side
+        return float(np.nanmin(np.hypot(*(points - label).T)))
+
+    return max((square, -square), key=room)
 
 
 def _waypoint(ax: Axes, voyage: Series) -> None:
