@@ -96,7 +96,7 @@ def _clearer_side(ax: Axes, voyage: Series, x: np.ndarray, y: np.ndarray) -> np.
     square = np.array([along[1], -along[0]]) / max(float(np.linalg.norm(along)), 1e-9)
     tracks = [(voyage.east_m, voyage.north_m), *((s.east_m, s.north_m) for s in voyage.ships)]
     points = np.concatenate([np.stack([nm(e), nm(n)], -1) for e, n in tracks])
-    reach = 0.08 * float(np.diff(ax.get_ylim())[0])
+    reach = 0.045 * float(np.diff(ax.get_ylim())[0])
 
     def room(side: np.ndarray) -> float:
         label = np.array([x.mean(), y.mean()]) + reach * side
