@@ -26,7 +26,8 @@ def run(
     Args:
         pilots: Bundled names, straight, planners, .safetensors files, package.module:function;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
-        suite: random, congested, imazu.
+        suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
+            situations:FOLDER (DNV traffic situations).
         out: Folder for everything that is written.
         encounters: Encounters of each drawn suite (default: random 10,000, others 1,000).
         ships: Ships for pilots that have none of their own.
