@@ -72,5 +72,10 @@ def run(
     (out / "report.md").write_text(text, encoding="utf-8")
     if parquet:
         write_parquet(found.sailed, out)
+    if figures:
+        from glasshelm.evaluation.plots import draw_all
+
+        for path in draw_all(found, out / "figures"):
+            console.print(f"figure: {path}", markup=False, highlight=False)
     print(text)
     console.print(f"report: {out / 'report.md'}", markup=False)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from glasshelm.evaluation.exam import Examined, of_suite, stacked, suites_of
+from glasshelm.evaluation.grades import GRADES, of_kind
 from glasshelm.evaluation.results import Sailed
 from glasshelm.evaluation.statistics import (
     Interval,
@@ -34,6 +35,7 @@ def report(examined: Examined, against: Sequence[str]) -> str:
             parts.append(_by_ships(counts, entrants, examined))
         parts.append(_ratios(entrants, against, examined))
         parts.append(_table("Way and helm", _WAY, entrants, examined))
+        parts.append(_rules(entrants, examined))
     parts.append(_timings(examined))
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -229,6 +231,37 @@ def _ratio(found: Interval | None) -> str:
     if found is None:
         return "– (never)"
     return f"{found.value:.4f} [{found.low:.4f}, {found.high:.4f}]"
+
+
+def _rules(entrants: Sequence[Seeds], examined: Examined) -> str:
+    """One table a kind of meeting: the share of meetings in which each thing was done."""
+    parts = []
+    for kind, judgements in GRADES.items():
+        rows = []
+        for seeds in entrants:
+            cells = [label(seeds)]
+            for alone in (False, True):
+                # The first seed's only: meetings differ from seed to seed.
+                facts = of_kind(seeds[0].meetings, kind, alone)
+                count = len(facts["kind"])
+                cells.append(str(count))
+                for judge in judgements.values() if count else ():
+                    cells.append(percent(clopper_pearson(int(judge(facts).sum()), count)))
+                cells += ["–"] * (0 if count else len(judgements))
+            rows.append(cells)
+        if all(row[1] == "0" for row in rows):
+            continue
+        told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", entrants, examined)
+        both = ["meetings", *judgements, "alone: meetings", *judgements]
+        parts.append(f"{told} {_UNTAUGHT}\n\n{_fix(markdown(['pilot | ship', *both], rows))}")
+    return "\n\n".join(parts)
+
+
+_UNTAUGHT = (
+    "The paper's pilot was never taught the Rules: this says how far it happens to keep them. "
+    "Targets never give way, so a stand-on ship that holds on to the end collides. "
+    "Rule numbers in brackets; `alone`: voyages with no other meeting; first seed."
+)
 
 
 def _timings(examined: Examined) -> str:
