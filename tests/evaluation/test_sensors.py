@@ -83,9 +83,7 @@ def test_a_stale_report_misses_an_alteration_until_the_next_one():
 def test_errors_have_the_spread_that_was_asked_for(radar, spread):
     def errors(seed):
         by = perfect(seed=seed, radar=jnp.full(2, radar), correlation_s=jnp.full(2, 1.0))
-        by = dataclasses.replace(
-            by, **{"range_m" if radar else "position_m": jnp.full(2, spread)}
-        )
+        by = dataclasses.replace(by, **{"range_m" if radar else "position_m": jnp.full(2, spread)})
         true, shown = sail(by, rudder=0.0)
         return positions(shown) - positions(true)
 

@@ -38,7 +38,9 @@ def test_imazu_at_both_speeds_meets_after_1800_s():
     for suite, knots in ((slow, 10), (fast, 12)):
         own = suite.cases.encounter.own
         assert own.speed_m_s == pytest.approx(knots * KNOT_M_S, rel=1e-5)
-        at = motion_at(jax.tree.map(jnp.asarray, suite.cases.encounter.targets), jnp.asarray(1800.0))
+        at = motion_at(
+            jax.tree.map(jnp.asarray, suite.cases.encounter.targets), jnp.asarray(1800.0)
+        )
         met = np.hypot(at.east_m, at.north_m - knots * KNOT_M_S * 1800)
         assert np.max(met[suite.cases.encounter.present]) < 5
 
@@ -49,7 +51,9 @@ def test_each_disturbance_is_of_the_same_encounters():
     present = plain.cases.encounter.present
     for case in parts.values():
         start = np.asarray(case.encounter.targets.east_m)[..., 0]
-        np.testing.assert_array_equal(start[present], plain.cases.encounter.targets.east_m[..., 0][present])
+        np.testing.assert_array_equal(
+            start[present], plain.cases.encounter.targets.east_m[..., 0][present]
+        )
     stale = np.asarray(parts["stale"].disturbance.every_s)[present]
     assert 2 <= stale.min() < 10
     assert 90 < stale.max() <= 180

@@ -13,6 +13,7 @@ from glasshelm.evaluation.exam import Examined, of_suite, stacked, suites_of
 from glasshelm.evaluation.replay import replayed, worst
 from glasshelm.evaluation.results import Sailed
 from glasshelm.evaluation.statistics import rate
+from glasshelm.figures.maps import HALO
 from glasshelm.figures.series import series
 from glasshelm.figures.style import (
     INK,
@@ -73,7 +74,8 @@ def rates_by_ships(entrants: Sequence[Seeds]) -> Figure:
     axes = figure.subplots(1, 2)
     looks = _looks(entrants)
     counts = np.unique(entrants[0][0].columns["ships"])
-    spread = np.linspace(-0.24, 0.24, len(entrants)) if len(entrants) > 1 else np.zeros(1)
+    beside = min(0.06, 0.5 / len(entrants))
+    spread = beside * (np.arange(len(entrants)) - (len(entrants) - 1) / 2)
     for ax, (column, what) in zip(
         axes, (("collided", "Collisions"), ("intruded", "Domain intrusions")), strict=True
     ):
@@ -85,7 +87,7 @@ def rates_by_ships(entrants: Sequence[Seeds]) -> Figure:
             ax.errorbar(
                 counts + aside, value, yerr=np.maximum(error, 0), color=look.colour,
                 marker=look.marker, ms=4.5, mec="white", mew=0.5, lw=0.9, elinewidth=0.9,
-                capsize=1.8, zorder=3,
+                capsize=1.8, zorder=3, clip_on=False,
             )  # fmt: skip
         ax.set_yscale("function", functions=(_root, _square))
         ax.set_ylim(0, 1)
@@ -128,8 +130,8 @@ def nearest_distances(entrants: Sequence[Seeds]) -> Figure:
     for x, name in ((loa, "LOA"), (0.5, "0.5 NM"), (1.0, "1 NM")):
         ax.axvline(x, color=SOFT, lw=0.8, ls=(0, (3, 2)), zorder=2)
         ax.annotate(
-            name, (x, 1.0), xytext=(3, -2), textcoords="offset points", fontsize=7.5, color=SOFT,
-            va="top", xycoords=("data", "axes fraction"),
+            name, (x, 0.0), xytext=(3, 3), textcoords="offset points", fontsize=7.5, color=SOFT,
+            va="bottom", xycoords=("data", "axes fraction"), path_effects=HALO, zorder=6,
         )  # fmt: skip
     ax.set_xlim(0, 2)
     ax.set_yscale("function", functions=(_root, _square))
@@ -137,7 +139,7 @@ def nearest_distances(entrants: Sequence[Seeds]) -> Figure:
     ax.set_yticks([0, 0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0])
     ax.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     ax.set_xlabel("nearest distance of any ship, centre to centre [NM]")
-    ax.set_title("Encounters that came nearer")
+    ax.set_title("Share of encounters in which a ship came nearer")
     ax.grid(True, axis="y")
     legend_below(figure, [look.handle() for look in looks])
     return figure
@@ -167,7 +169,9 @@ def worst_voyages(one: Sailed) -> Figure:
 
 def _title(one: Sailed, number: int) -> str:
     c = one.columns
-    what = "collision" if c["collided"][number] else f"depth {c['depth'][number]:.2f}"
+    margin = c["margin"][number]
+    what = f"depth {margin:.2f}" if margin > 0 else f"clear by {-margin:.2f}"
+    what = "collision" if c["collided"][number] else what
     label = one.suite.labels[number].split("/")[-1]
     return f"{label}: {what}"
 
