@@ -14,7 +14,7 @@ from glasshelm.pilots.together import Together
 
 
 class Weaves(eqx.Module):
-    """Steers by a made-up rule of what it sees, so that voyages differ; NaN at the waypoint of 1."""
+    """Weaves, and gives no number where the waypoint is nearer than 20 km."""
 
     @property
     def name(self):
