@@ -1,6 +1,7 @@
 """Who is examined: pilots on the ships that they steer, one or several training seeds each."""
 
 import dataclasses
+import functools
 import hashlib
 import importlib.metadata
 from collections.abc import Sequence
@@ -93,6 +94,7 @@ def digest_of(pilot: Pilot) -> str:
     return told.hexdigest()
 
 
+@functools.cache
 def code_digest() -> str:
     """SHA-256 of the code that decides what a voyage comes to, and of what it is computed with."""
     root = Path(glasshelm.__file__).parent

@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.encounters.types import Motion
 from glasshelm.evaluation.colregs import Meetings
@@ -84,33 +84,48 @@ class Place(eqx.Module):
     present: Bool[Array, "*b n"]
 
 
+#: Batches of cases under way, and what the pilots remember.
+_Carry = tuple["Live", Any]
+
+
 def sail(helm: Together, cases: Case, steps: int) -> Measures:
-    """The measures of every case of a batch after its own number of steps, at most ``steps``."""
-    return _sail(helm, cases, steps, False)[0]
+    """The measures of every case of a batch after its own number of steps, at most ``steps``.
 
-
-def retrace(helm: Together, cases: Case, steps: int) -> Place:
-    """The same voyages as places [steps + 1, cases], for drawing."""
-    return _sail(helm, cases, steps, True)[1]
+    One program whatever the number of steps.
+    """
+    return _sail(helm, cases, jnp.asarray(steps))
 
 
 @eqx.filter_jit
-def _sail(helm: Together, cases: Case, steps: int, traced: bool) -> tuple[Measures, Any]:
+def _sail(helm: Together, cases: Case, steps: Int[Array, ""]) -> Measures:
+    start = _embark(helm, cases)
+    live, _ = jax.lax.fori_loop(0, steps, lambda _, carry: _tick(helm, cases, carry)[0], start)
+    return live.measures
+
+
+@eqx.filter_jit
+def retrace(helm: Together, cases: Case, steps: int) -> Place:
+    """The same voyages as places [steps + 1, cases], for drawing."""
+
+    def go(carry: _Carry, _: None) -> tuple[_Carry, Place]:
+        following, action = _tick(helm, cases, carry)
+        return following, jax.vmap(place_of)(cases, carry[0], action)
+
+    (live, _), places = jax.lax.scan(go, _embark(helm, cases), length=steps)
+    end = jax.vmap(place_of)(cases, live, jnp.zeros(live.state.step.shape))
+    return jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), places, end)
+
+
+def _embark(helm: Together, cases: Case) -> _Carry:
     live = jax.vmap(embark)(cases)
-    memory = helm.start(live.state.step.shape[0])
+    return live, helm.start(live.state.step.shape[0])
 
-    def go(carry: tuple[Live, Any], _: None) -> tuple[tuple[Live, Any], Place | None]:
-        live, memory = carry
-        action, memory = helm(jax.vmap(seen)(cases, live), memory)
-        place = jax.vmap(place_of)(cases, live, action) if traced else None
-        return (jax.vmap(proceed)(cases, live, action), memory), place
 
-    (live, _), places = jax.lax.scan(go, (live, memory), length=steps)
-    if traced:
-        still = jnp.zeros(live.state.step.shape)
-        end = jax.vmap(place_of)(cases, live, still)
-        places = jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), places, end)
-    return live.measures, places
+def _tick(helm: Together, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
+    """One step of all cases, and the rudders that were given."""
+    live, memory = carry
+    action, memory = helm(jax.vmap(seen)(cases, live), memory)
+    return (jax.vmap(proceed)(cases, live, action), memory), action
 
 
 def embark(case: Case) -> Live:
