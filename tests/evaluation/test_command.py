@@ -49,14 +49,14 @@ def test_report_and_tables_and_nothing_sailed_twice(arguments, tmp_path, capsys,
 
 
 @pytest.mark.parametrize(
-    ("change", "says"),
+    ("pilot", "suite", "says"),
     [
-        (("--suite", "nowhere"), "unknown suite 'nowhere'"),
-        (("--pilots", "nobody"), "unknown pilot 'nobody'"),
+        ("straight", "nowhere", "unknown suite 'nowhere'"),
+        ("nobody", "random", "unknown pilot 'nobody'"),
     ],
 )
-def test_bad_input_is_one_line(change, says, tmp_path, capsys):
-    given = ["evaluate", "--pilots", "straight", "--out", str(tmp_path), *change]
+def test_bad_input_is_one_line(pilot, suite, says, tmp_path, capsys):
+    given = ["evaluate", "--pilots", pilot, "--suite", suite, "--out", str(tmp_path)]
     assert main(given) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1

@@ -81,6 +81,6 @@ def test_results_are_in_the_order_of_the_suite():
 
 def test_a_pilot_that_gives_no_number_is_named():
     parts = [(job, done(job)) for job in jobs()]
-    parts[1][1]["finite"][:] = False
+    parts[1][1]["finite"] = np.zeros(2, bool)
     with pytest.raises(InputError, match="'straight' gave a rudder that is no number"):
         gather(SUITE, STRAIGHT, 0, parts)

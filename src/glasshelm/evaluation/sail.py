@@ -85,7 +85,7 @@ class Place(eqx.Module):
 
 
 #: Batches of cases under way, and what the pilots remember.
-_Carry = tuple["Live", Any]
+_Carry = tuple[Live, Any]
 
 
 def sail(helm: Together, cases: Case, steps: int) -> Measures:

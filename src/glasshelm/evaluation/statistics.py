@@ -151,7 +151,7 @@ def _crossing(score: Callable[[float], float], start: float, level: float, facto
         if (score(outside) - level) * (factor - 1) <= 0:
             break
         inside, outside = outside, outside * factor
-    for _ in range(100):
+    for _ in range(60):
         middle = math.sqrt(inside * outside)
         if (score(middle) - level) * (factor - 1) <= 0:
             outside = middle

@@ -142,8 +142,9 @@ def _ship(cases: Case, rng: np.random.Generator) -> Case:
     """The true ship's K, T, rudder rate and speed, each off by up to a fifth."""
     count = np.shape(cases.steps)[0]
 
-    def off(values: np.ndarray) -> np.ndarray:
-        return (values * rng.uniform(1 - SHIP_SHARE, 1 + SHIP_SHARE, count)).astype(np.float32)
+    def off(values: np.ndarray) -> Array:
+        share = rng.uniform(1 - SHIP_SHARE, 1 + SHIP_SHARE, count)
+        return jnp.asarray(values * share, jnp.float32)
 
     names = ("gain_1_s", "time_constant_s", "rudder_rate_rad_s", "speed_m_s")
     true = {name: off(np.asarray(getattr(cases.ship, name))) for name in names}
