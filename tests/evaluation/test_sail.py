@@ -28,8 +28,11 @@ class Weaves(eqx.Module):
         return jnp.where(seen.waypoint[0, 1] < 1.0, jnp.nan, jnp.clip(rudder, -1, 1)), memory + 1
 
 
-def _sees(seen):
-    return jnp.clip(0.4 + 3.0 * seen.targets[:, :, 0, 0].sum(-1), -1, 1)
+class SeesTogether(eqx.Module):
+    """:class:`Sees` as training calls an actor: for all worlds at once."""
+
+    def __call__(self, seen):
+        return jnp.clip(0.4 + 3.0 * seen.targets[:, :, 0, 0].sum(-1), -1, 1)
 
 
 class Sees(eqx.Module):
@@ -111,7 +114,7 @@ def test_the_same_as_the_measures_of_training():
     batch = cases(*CASES, steps=STEPS)
     found = jax.device_get(sail(Together(Sees()), batch, STEPS))
     encounters = jax.tree.map(jnp.asarray, batch.encounter)
-    theirs = jax.device_get(sail_set(_sees, encounters, SHIP, 240, STEPS))
+    theirs = jax.device_get(sail_set(SeesTogether(), encounters, SHIP, 240, STEPS))
     np.testing.assert_allclose(found.range_m.T, theirs.range_m, rtol=1e-3)
     np.testing.assert_allclose(found.margin.T, theirs.margin, atol=1e-3)
     np.testing.assert_allclose(found.return_by_task, theirs.return_by_task, atol=1e-2)
