@@ -104,7 +104,7 @@ def _number(column: str, how, form: str, met: bool = False):
         values = stacked(seeds, column)
         if met:
             values = values[:, np.isfinite(values).all(0)]
-        return form.format(how(values)) if values.size else "–"
+        return form.format(how(values.astype(np.float64))) if values.size else "–"
 
     return cell
 
@@ -128,9 +128,11 @@ _SAFETY = {
     "domain intrusions": _rate("intruded"),
     "in 1200 s: collisions": _rate("collided_1200s"),
     "intrusions": _rate("intruded_1200s"),
-    "depth, 99th percentile": _number("depth", _percentile(99), "{:.2f}"),
-    "nearest, 5th percentile [m]": _number("nearest_m", _percentile(5), "{:.0f}", met=True),
-    "DCPA within 6 min, 5th percentile [m]": _number("dcpa_m", _percentile(5), "{:.0f}", met=True),
+    "depth, 99th percentile": _number("depth", _percentile(99.0), "{:.2f}"),
+    "nearest, 5th percentile [m]": _number("nearest_m", _percentile(5.0), "{:.0f}", met=True),
+    "DCPA within 6 min, 5th percentile [m]": _number(
+        "dcpa_m", _percentile(5.0), "{:.0f}", met=True
+    ),
     "within 0.5 NM": _rate("within_half_nm"),
     "within 1 NM": _rate("within_1nm"),
 }

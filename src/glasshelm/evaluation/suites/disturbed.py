@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array
 
 from glasshelm.encounters.random import PAPER
-from glasshelm.encounters.types import Encounter, Track
+from glasshelm.encounters.types import Track
 from glasshelm.evaluation.sensors import Disturbance
 from glasshelm.evaluation.suites.random import draw, plain_cases
 from glasshelm.evaluation.types import Case, Suite
@@ -49,7 +49,7 @@ _Change = Callable[[Case, np.random.Generator], Case]
 
 def disturbed_suites(ship: ShipParams, count: int) -> list[Suite]:
     """One suite a disturbance, and one with all of them."""
-    plain = _ready(plain_cases(draw(ship, count, PAPER), ship))
+    plain = jax.tree.map(jnp.asarray, _ready(plain_cases(draw(ship, count, PAPER), ship)))
     suites = []
     for number, (name, (note, change)) in enumerate(_PARTS.items()):
         rng = np.random.default_rng((SEED, number))
@@ -161,19 +161,12 @@ def _all(cases: Case, rng: np.random.Generator) -> Case:
 
 def _turned(cases: Case, time_s: np.ndarray, turn_rad: np.ndarray) -> Case:
     """Every target's only leg followed by one that is turned by an angle at a time."""
-    encounter = cases.encounter
     track = turned_track(
-        jax.tree.map(jnp.asarray, encounter.targets),
+        cases.encounter.targets,
         jnp.asarray(time_s, jnp.float32),
         jnp.asarray(turn_rad, jnp.float32),
     )
-    bent = Encounter(
-        jax.tree.map(jnp.asarray, encounter.own),
-        Vector(*map(jnp.asarray, encounter.route)),
-        track,
-        jnp.asarray(encounter.present),
-    )
-    return dataclasses.replace(cases, encounter=bent)
+    return eqx.tree_at(lambda c: c.encounter.targets, cases, track)
 
 
 def turned_track(track: Track, time_s: Array, turn_rad: Array) -> Track:
