@@ -94,6 +94,22 @@ class Look:
     marker: str
     label: str
 
+    def handle(self) -> Line2D:
+        """The legend's entry for a line that looks so."""
+        return Line2D(
+            [], [], color=self.colour, lw=1.4, marker=self.marker, ms=5, mec="white", mew=0.5,
+            label=self.label,
+        )  # fmt: skip
+
+
+def line_look(number: int, name: str) -> Look:
+    """How the ``number``-th of several lines is drawn; thirty are told apart."""
+    return Look(
+        _COLOURS[number % len(_COLOURS)],
+        _MARKERS[(number + number // len(_COLOURS)) % len(_MARKERS)],
+        shorten(name),
+    )
+
 
 def looks(voyage: Series) -> dict[str, Look]:
     """Colour, marker and label of every ship of note, by her id."""

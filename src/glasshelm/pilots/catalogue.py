@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from glasshelm.errors import InputError
+from glasshelm.pilots.function import function_pilot
 from glasshelm.pilots.learned import LearnedPilot, read_pilot
 from glasshelm.pilots.planner import PlannerPilot
 from glasshelm.pilots.straight import StraightPilot
@@ -38,13 +39,15 @@ def default_pilot(ship: str) -> str:
 
 
 def pilot_named(name: str | Path) -> Pilot:
-    """Any pilot: a bundled name, one without weights, or the path of a .safetensors file.
+    """Any pilot: a bundled name, one without weights, a .safetensors file, or package.module:f.
 
     InputError lists the names that there are; CheckpointError tells what is
     wrong with a weights file.
     """
     if str(name) in UNTRAINED:
         return UNTRAINED[str(name)]
+    if ":" in str(name) and not str(name).endswith(SUFFIX):
+        return function_pilot(str(name))
     return _learned(name, (*bundled(), *UNTRAINED))
 
 

@@ -24,7 +24,9 @@ _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx",
 
 
 def feed(
-    seen: Observation, capacity: int = CAPACITY, loa_m: float = float(SHIPS["paper"].loa_m)
+    seen: Observation,
+    capacity: int = CAPACITY,
+    loa_m: float | Float[Array, ""] = float(SHIPS["paper"].loa_m),
 ) -> tuple[Observation, Int[Array, " k"]]:
     """The observation of the most urgent ships in at most ``capacity`` slots, and their slots.
 

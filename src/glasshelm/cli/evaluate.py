@@ -1,0 +1,81 @@
+"""``glasshelm evaluate``: put pilots through the examination."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+
+def run(
+    pilots: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PILOT ...")],
+    suite: Annotated[tuple[str, ...], tyro.conf.arg(metavar="SUITE ...")] = ("random", "imazu"),
+    out: Path = Path("examined"),
+    encounters: int | None = None,
+    ships: tuple[Literal["paper", "large_ship"], ...] = ("paper", "large_ship"),
+    against: tuple[str, ...] = ("straight", "paper-cpa", "large-ship-cpa"),
+    workers: Literal["here", "ray"] = "here",
+    address: str | None = None,
+    parquet: bool = True,
+    figures: bool = True,
+) -> None:
+    """Put pilots through suites of encounters: report.md, Parquet tables and figures.
+
+    Finished chunks are kept in OUT/chunks: the same command goes on where
+    Ctrl-C stopped it, and a further pilot or suite sails only what is new.
+
+    Args:
+        pilots: Bundled names, straight, planners, .safetensors files, package.module:function;
+            NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
+        suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
+            situations:FOLDER (DNV traffic situations).
+        out: Folder for everything that is written.
+        encounters: Encounters of each drawn suite (default: random 10,000, others 1,000).
+        ships: Ships for pilots that have none of their own.
+        against: Pilots that the others' risk is divided by, where they are examined too.
+        workers: This process, or a Ray cluster.
+        address: Address of the Ray cluster (default: one of this machine's processors).
+        parquet: Write encounters.parquet and meetings.parquet.
+        figures: Draw the figures.
+    """
+    from glasshelm.cli.programs import keep_compiled
+
+    keep_compiled()
+    import shlex
+    import sys
+
+    from rich.console import Console
+
+    from glasshelm.evaluation.entrants import entrants
+    from glasshelm.evaluation.exam import examine
+    from glasshelm.evaluation.export import check_parquet, write_parquet
+    from glasshelm.evaluation.progress import Display
+    from glasshelm.evaluation.tables import report
+    from glasshelm.evaluation.workers import workers_named
+
+    if parquet:
+        check_parquet()
+    console = Console(stderr=True)
+    command = shlex.join(["glasshelm", *sys.argv[1:]])
+    chosen = entrants(pilots, ships)
+    hands = workers_named(workers, address)
+    with Display(console) as display:
+        try:
+            found = examine(chosen, suite, out, command, encounters, hands, display.show)
+        except KeyboardInterrupt:
+            console.print(
+                f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
+                "the same command goes on from there",
+                markup=False,
+            )
+            raise
+    text = report(found, against)
+    (out / "report.md").write_text(text, encoding="utf-8")
+    if parquet:
+        write_parquet(found.sailed, out)
+    if figures:
+        from glasshelm.evaluation.plots import draw_all
+
+        for path in draw_all(found, out / "figures"):
+            console.print(f"figure: {path}", markup=False, highlight=False)
+    print(text)
+    console.print(f"report: {out / 'report.md'}", markup=False)

@@ -1,0 +1,1 @@
+"""Where the cases of an examination come from."""

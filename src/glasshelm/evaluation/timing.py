@@ -1,0 +1,43 @@
+"""How long a pilot takes to decide, one observation at a time."""
+
+import dataclasses
+import time
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from glasshelm.encounters.random import RandomEncounters
+from glasshelm.evaluation.suites.random import draw
+from glasshelm.pilots.types import Pilot
+from glasshelm.ships import ShipParams
+from glasshelm.world.step import begin
+
+CALLS = 300
+_SIX = RandomEncounters(targets=(6, 6))
+
+
+@dataclasses.dataclass(frozen=True)
+class Timing:
+    """Milliseconds from an observation of six ships to a rudder: median and 99th percentile."""
+
+    pilot: str
+    ship_name: str
+    p50_ms: float
+    p99_ms: float
+
+
+def decision_time(name: str, ship_name: str, pilot: Pilot, ship: ShipParams) -> Timing:
+    """Measured over ``CALLS`` decisions in a row, after the first (which is compiled)."""
+    encounter = jax.tree.map(lambda x: jnp.asarray(x[0]), draw(ship, 1, _SIX))
+    seen = begin(encounter, ship).observation
+    steer = eqx.filter_jit(lambda pilot, seen, memory: pilot.steer(seen, memory))
+    _, memory = jax.block_until_ready(steer(pilot, seen, pilot.start()))
+    took = np.empty(CALLS)
+    for i in range(CALLS):
+        began = time.perf_counter()
+        _, memory = jax.block_until_ready(steer(pilot, seen, memory))
+        took[i] = time.perf_counter() - began
+    p50, p99 = np.percentile(1000 * took, [50, 99])
+    return Timing(name, ship_name, float(p50), float(p99))

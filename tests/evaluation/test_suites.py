@@ -1,0 +1,118 @@
+"""Suites hold the encounters that they say."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tests.evaluation.cases import HEAD_ON, SHIP, SPEED, encounter
+
+from glasshelm.encounters.ais_table import Reports
+from glasshelm.encounters.types import motion_at
+from glasshelm.errors import InputError
+from glasshelm.evaluation.suites.catalogue import suites_named
+from glasshelm.evaluation.suites.disturbed import SHIP_SHARE, disturbed_suites
+from glasshelm.evaluation.suites.random import conflicts_past_s
+from glasshelm.evaluation.suites.recorded import Windows, windows
+from glasshelm.ships import KNOT_M_S
+
+
+def test_a_voyage_lasts_until_its_conflicts_are_past():
+    assert float(conflicts_past_s(encounter(HEAD_ON), SHIP)) == 2400
+    # Overtaken from 3.5 km astern by a ship that is 1.3 m/s faster: the meeting is at 2700 s.
+    late = encounter((200.0, -1.3 * 2700, 0.0, SPEED + 1.3))
+    assert float(conflicts_past_s(late, SHIP)) == 3120
+    nobody_near = encounter((30_000.0, -1.3 * 2700, 0.0, SPEED + 1.3))
+    assert float(conflicts_past_s(nobody_near, SHIP)) == 2400
+
+
+def test_random_encounters_do_not_depend_on_how_many_there_are():
+    (few,), (more,) = (suites_named(["random"], SHIP, count) for count in (3, 5))
+    jax.tree.map(lambda a, b: np.testing.assert_array_equal(a, b[:3]), few.cases, more.cases)
+
+
+def test_imazu_at_both_speeds_meets_after_1800_s():
+    slow, fast = suites_named(["imazu"], SHIP)
+    assert (slow.name, fast.name, slow.size) == ("imazu-10kn", "imazu-12kn", 24)
+    for suite, knots in ((slow, 10), (fast, 12)):
+        own = suite.cases.encounter.own
+        assert own.speed_m_s == pytest.approx(knots * KNOT_M_S, rel=1e-5)
+        at = motion_at(
+            jax.tree.map(jnp.asarray, suite.cases.encounter.targets), jnp.asarray(1800.0)
+        )
+        met = np.hypot(at.east_m, at.north_m - knots * KNOT_M_S * 1800)
+        assert np.max(met[suite.cases.encounter.present]) < 5
+
+
+def test_each_disturbance_is_of_the_same_encounters():
+    parts = {s.name.removeprefix("disturbed-"): s.cases for s in disturbed_suites(SHIP, 40)}
+    (plain,) = suites_named(["random"], SHIP, 40)
+    present = plain.cases.encounter.present
+    for case in parts.values():
+        start = np.asarray(case.encounter.targets.east_m)[..., 0]
+        np.testing.assert_array_equal(
+            start[present], plain.cases.encounter.targets.east_m[..., 0][present]
+        )
+    stale = np.asarray(parts["stale"].disturbance.every_s)[present]
+    assert 2 <= stale.min() < 10
+    assert 90 < stale.max() <= 180
+    share = np.asarray(parts["ship"].ship.gain_1_s) / float(SHIP.gain_1_s)
+    assert np.abs(share - 1).max() <= SHIP_SHARE + 1e-6
+    assert np.abs(share - 1).max() > 0.15
+    speed = parts["ship"].encounter.own.speed_m_s
+    np.testing.assert_array_equal(speed, parts["ship"].ship.speed_m_s)
+
+
+def test_an_altering_target_sails_on_from_where_she_was():
+    (altering,) = [s for s in disturbed_suites(SHIP, 8) if s.name == "disturbed-altering"]
+    track = jax.tree.map(jnp.asarray, altering.cases.encounter.targets)
+    times = np.asarray(track.start_s)[..., 1]
+    for time in times[altering.cases.encounter.present][:5]:
+        before, after = (motion_at(track, jnp.asarray(time + d, jnp.float32)) for d in (-0.5, 0.5))
+        step = np.hypot(after.east_m - before.east_m, after.north_m - before.north_m)
+        assert np.max(np.abs(step - np.asarray(before.speed_m_s))) < 1.0
+
+
+def reports(tracks):
+    """Reports every 30 s for 40 minutes of ships (mmsi, degrees north at t = 0, course, kn)."""
+    rows = []
+    for mmsi, north, course, knots in tracks:
+        for time in np.arange(0.0, 2401.0, 30.0):
+            run = knots * time / 3600 / 60 * np.cos(np.radians(course))
+            rows.append((time, mmsi, 40.0 + north + run, -74.0, knots, course, course))
+    t, m, *rest = np.array(rows).T
+    return Reports(t, m.astype(np.int64), *rest)
+
+
+def test_windows_begin_where_a_ship_closes_another():
+    """Two ships end on, 10 NM apart at 10 kn each: CPA after 30 min, in 15 min after 15."""
+    found = windows(reports([(111000001, 0.0, 0.0, 10.0), (222000002, 10 / 60, 180.0, 10.0)]))
+    assert [(w.mmsi, w.closing) for w in found] == [
+        (111000001, (222000002,)), (222000002, (111000001,)),
+    ]  # fmt: skip
+    assert found[0].begins_s == pytest.approx(900, abs=60)
+
+
+def test_no_window_for_ships_that_lie_still_or_are_alongside():
+    still = reports([(111000001, 0.0, 0.0, 10.0), (222000002, 6 / 60, 180.0, 1.0)])
+    assert windows(still) == []
+    alongside = reports([(111000001, 0.0, 0.0, 10.0), (222000002, 0.3 / 60, 0.0, 8.0)])
+    assert windows(alongside) == []
+    wide = dataclasses.replace(Windows(), slowest_m_s=0.1)
+    assert windows(still, wide) != []
+
+
+@pytest.mark.parametrize(
+    ("names", "count", "says"),
+    [
+        (["nowhere"], None, "unknown suite 'nowhere': choose one of random"),
+        (["situations"], None, "unknown suite 'situations'"),
+        (["random"], 0, "0 encounters"),
+        ([], None, "no suite"),
+        (["situations:/nowhere"], None, "nowhere"),
+    ],
+)
+def test_bad_suites_are_told(names, count, says):
+    with pytest.raises(InputError, match=says):
+        suites_named(names, SHIP, count)

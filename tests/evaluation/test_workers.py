@@ -1,0 +1,45 @@
+"""Over a Ray cluster the numbers are the same to the bit."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+from tests.evaluation.test_jobs import SUITE, jobs
+
+from glasshelm.errors import InputError
+from glasshelm.evaluation.jobs import done, here
+from glasshelm.evaluation.workers import workers_named
+
+HAS_RAY = importlib.util.find_spec("ray") is not None
+
+
+@pytest.mark.skipif(not HAS_RAY, reason="Ray is not installed (extra 'ray')")
+def test_two_ray_workers_give_the_bits_of_this_process():
+    import ray
+
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        over_ray = dict(workers_named("ray")(jobs()))
+    finally:
+        ray.shutdown()
+    same_process = dict(here(jobs()))
+    assert sorted(over_ray) == sorted(same_process) == [0, 1, 2]
+    for place, found in same_process.items():
+        for name, values in found.items():
+            np.testing.assert_array_equal(values, over_ray[place][name], err_msg=name)
+
+
+@pytest.mark.skipif(HAS_RAY, reason="Ray is installed")
+def test_without_ray_one_line_says_what_to_install():
+    with pytest.raises(InputError, match=r"glasshelm\[ray\]"):
+        workers_named("ray")
+
+
+def test_jobs_do_not_depend_on_who_does_them_in_which_order():
+    """What Ray's workers rely on: a job is a pure function of itself."""
+    given = jobs()
+    backwards = {place: done(given[place]) for place in reversed(range(len(given)))}
+    for place, found in here(given):
+        for name, values in found.items():
+            np.testing.assert_array_equal(values, backwards[place][name])
+    assert sum(len(job.which) for job in given) == SUITE.size
