@@ -15,7 +15,7 @@ help:
 	@echo "make test    all tests"
 	@echo "make demo    two explained encounters, each a page to read in the browser"
 	@echo "make bench   measured speeds of this machine"
-	@echo "make safety  the bundled pilots through 10,000 random encounters and Imazu"
+	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make lint    ruff and pyright"
 	@echo "make wheel   build the wheel and test it outside the tree"
 
@@ -58,8 +58,7 @@ bench: install
 	  echo "== $$name"; $(BIN)/python benchmarks/$$name.py || exit 1; done
 
 safety: install
-	$(BIN)/glasshelm evaluate --suite random imazu --out out/safety --pilots straight \
-	  paper-sum paper-attention large-ship-sum large-ship-attention
+	$(BIN)/python benchmarks/safety.py
 
 wheel: install
 	rm -rf dist

@@ -178,6 +178,6 @@ def _title(one: Sailed, number: int) -> str:
 
 def _small(ax: Axes) -> None:
     ax.tick_params(labelsize=6.5)
-    ax.xaxis.label.set_size(7)
-    ax.yaxis.label.set_size(7)
-    ax.title.set_size(7.5)
+    ax.xaxis.label.set_fontsize(7)
+    ax.yaxis.label.set_fontsize(7)
+    ax.title.set_fontsize(7.5)

@@ -1,6 +1,7 @@
 """A few encounters sailed once more, as frames, to be drawn."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -100,7 +101,8 @@ def _targets(case: Case, place: Place, infos: tuple[TargetInfo, ...]) -> list[li
 
     def target(t: int, k: int) -> Target:
         info = infos[k] if k < len(infos) else TargetInfo(str(k + 1), f"ship {k + 1}")
-        return Target(info.id, info.name, **{name: float(v[t, k]) for name, v in facts.items()})
+        here: dict[str, Any] = {name: float(values[t, k]) for name, values in facts.items()}
+        return Target(info.id, info.name, **here)
 
     present = np.asarray(place.present)
     return [[target(t, int(k)) for k in np.flatnonzero(row)] for t, row in enumerate(present)]
