@@ -27,18 +27,18 @@ from glasshelm.world.observe import Observation
 class CpaSettings:
     """Limits and steps. Defaults: docs/pilots.md says how they were tuned."""
 
-    #: Nearer is a risk: 1 NM is what masters' standing orders usually ask for in open water.
-    dcpa_m: float = 1852.0
+    #: Nearer is a risk: 1.2 NM (the domain reaches 1.17 NM ahead; a mile is usual at sea).
+    dcpa_m: float = 2230.0
     #: Sooner is a risk.
-    tcpa_s: float = 1200.0
+    tcpa_s: float = 2100.0
     #: A ship that must keep clear is left alone until then (Rule 17 a ii).
-    last_moment_s: float = 600.0
+    last_moment_s: float = 1000.0
     #: An alteration is held until the way is clear by so many times ``dcpa_m``.
-    hysteresis: float = 1.2
+    hysteresis: float = 1.15
     #: "Large enough to be readily apparent" (Rule 8 b).
     alterations_deg: tuple[float, ...] = (30.0, 45.0, 60.0, 75.0, 90.0, 120.0)
     #: Port costs as much as so many degrees more to starboard.
-    port_deg: float = 180.0
+    port_deg: float = 150.0
 
 
 def cpa_course(

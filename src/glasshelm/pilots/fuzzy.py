@@ -26,9 +26,9 @@ class FuzzySettings:
     """Sets, rules and limits. Defaults: docs/pilots.md says how they were tuned."""
 
     #: Peaks of the triangular sets of DCPA/L: dangerous, dangerous medium, medium, safe.
-    dcpa_loa: tuple[float, ...] = (0.0, 3.0, 6.0, 9.0)
+    dcpa_loa: tuple[float, ...] = (0.0, 2.9, 5.8, 8.7)
     #: Peaks of the triangular sets of TCPA·U/L: the same.
-    tcpa_loa: tuple[float, ...] = (0.0, 12.0, 24.0, 36.0)
+    tcpa_loa: tuple[float, ...] = (0.0, 23.0, 46.0, 69.0)
     #: Risk where the sets of TCPA (rows) and DCPA (columns) meet.
     risks: tuple[tuple[float, ...], ...] = (
         (1.0, 0.9, 0.5, 0.0),
@@ -36,10 +36,10 @@ class FuzzySettings:
         (0.7, 0.5, 0.1, 0.0),
         (0.0, 0.0, 0.0, 0.0),
     )
-    act_above: float = 0.6
-    return_below: float = 0.3
+    act_above: float = 0.45
+    return_below: float = 0.27
     alterations_deg: tuple[float, ...] = (20.0, 30.0, 45.0, 60.0, 75.0, 90.0, 120.0)
-    port_deg: float = 60.0
+    port_deg: float = 10.0
 
 
 def memberships(value: Float[Array, "*n"], peaks: tuple[float, ...]) -> Float[Array, "*n k"]:

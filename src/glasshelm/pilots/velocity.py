@@ -26,22 +26,22 @@ class VelocitySettings:
     """Discs, horizon, grid of courses. Defaults: docs/pilots.md says how they were tuned."""
 
     #: Radius of the disc around every ship.
-    radius_m: float = 1852.0
+    radius_m: float = 2200.0
     #: A disc reached later is no obstacle yet.
-    horizon_s: float = 1500.0
+    horizon_s: float = 2450.0
     largest_deg: float = 120.0
     step_deg: float = 5.0
     #: In a cone, what passing through the middle of a disc costs beside the time to reach it.
     depth_weight: float = 1.0
     #: What leaving the course being steered costs, in differences of velocity per own speed.
-    change_cost: float = 0.1
+    change_cost: float = 0.24
     #: Kuwata's form: no passing ahead of ships to which own ship gives way.
     colregs: bool = False
     #: Its weights: in a velocity obstacle; against the rules.
     obstacle_cost: float = 1000.0
     rules_cost: float = 100.0
     #: Rules apply to ships that would come so near on the way to the waypoint.
-    rules_dcpa_m: float = 1852.0 * 1.5
+    rules_dcpa_m: float = 1850.0
 
 
 def velocity_course(
