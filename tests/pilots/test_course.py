@@ -121,8 +121,6 @@ def test_every_avoidance_avoids(name, ship_name):
     assert (worst(name) > 0).sum() < 0.6 * (worst("waypoint") > 0).sum()
 
 
-
-
 def test_the_memory_is_one_course_and_a_count():
     memory = CoursePilot(SHIP, "cpa", METHODS["cpa"]).start()
     assert isinstance(memory, Intent)

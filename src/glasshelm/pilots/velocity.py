@@ -53,8 +53,9 @@ def velocity_course(
     """
     at = situation_of(seen, ship)
     count = round(settings.largest_deg / settings.step_deg)
-    steps = jnp.arange(-count, count + 1) * math.radians(settings.step_deg)
-    offsets = jnp.append(steps, wrap_angle(-at.bearing_rad))  # and the present heading
+    steps = jnp.arange(1, count + 1) * math.radians(settings.step_deg)
+    present = wrap_angle(-at.bearing_rad)
+    offsets = jnp.concatenate([jnp.zeros(1), steps, -steps, present[None]])  # ties: starboard
     position, motion = try_courses(at, at.bearing_rad + offsets, ship)
     entry = entry_s(position, motion, settings.radius_m)
     urgency = jnp.maximum(1.0 - entry / settings.horizon_s, 0.0)

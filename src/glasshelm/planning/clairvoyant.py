@@ -123,9 +123,7 @@ def _meet(
     """Own ship at her new place; without ``before`` the start, which is not counted."""
     offset = Vector(motion.east_m - own.east_m, motion.north_m - own.north_m)
     body = to_body(offset, own.heading_rad)
-    body = Vector(
-        jnp.where(motion.present, body.x, 0.0), jnp.where(motion.present, body.y, FAR_M)
-    )
+    body = Vector(jnp.where(motion.present, body.x, 0.0), jnp.where(motion.present, body.y, FAR_M))
     margins = danger_unclipped(body, ship.loa_m)
     dangers = jnp.maximum(margins, 0.0)
     leg = jnp.zeros((), jnp.int32) if before is None else before.leg
