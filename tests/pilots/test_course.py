@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.pilots.scenes import colliding, seen
 
 from glasshelm.encounters.random import RandomEncounters
 from glasshelm.learning.worlds import draw_encounters
@@ -14,7 +15,6 @@ from glasshelm.pilots.types import Pilot
 from glasshelm.ships import SHIPS
 from glasshelm.world.observe import Observation
 from glasshelm.world.step import begin, step
-from tests.pilots.scenes import colliding, seen
 
 SHIP = SHIPS["paper"]
 AVOIDING = [name for name in METHODS if name != "waypoint"]

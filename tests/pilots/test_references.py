@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.pilots.scenes import AGILE, seen
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import Encounter
@@ -27,7 +28,6 @@ from glasshelm.planning.meeting import Meeting, meetings
 from glasshelm.ships import KNOT_M_S, SHIPS
 from glasshelm.world.observe import Observation
 from glasshelm.world.step import begin
-from tests.pilots.scenes import AGILE, seen
 
 FOUND = json.loads((Path(__file__).parent / "references.json").read_text(encoding="utf-8"))
 SHIP = dataclasses.replace(AGILE, speed_m_s=10 * KNOT_M_S)
