@@ -9,10 +9,11 @@ Collision Avoidance Rules*).
 """
 
 import dataclasses
+from collections.abc import Callable
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from glasshelm.geometry import Cpa
 from glasshelm.pilots.course import Method
@@ -65,7 +66,7 @@ def cpa_course(
     return jnp.where(act.any(), chosen, 0.0)
 
 
-def _risk(cpa: Cpa, limit_m: Float[Array, ""], soon_s: float):
+def _risk(cpa: Cpa, limit_m: Float[Array, ""], soon_s: float) -> Bool[Array, "*n"]:
     return (cpa.dcpa_m < limit_m) & (cpa.tcpa_s > 0) & (cpa.tcpa_s < soon_s)
 
 
@@ -76,7 +77,13 @@ def _shortfall(cpa: Cpa, settings: CpaSettings) -> Float[Array, " c"]:
     return near.max(-1, initial=0.0)
 
 
-def best_alteration(offset_rad, shortfall, bearing_rad, alterations_deg, port_deg):
+def best_alteration(
+    offset_rad: Float[Array, ""],
+    shortfall: Callable[[Float[Array, " c"]], Float[Array, " c"]],
+    bearing_rad: Float[Array, ""],
+    alterations_deg: tuple[float, ...],
+    port_deg: float | Float[Array, ""],
+) -> Float[Array, ""]:
     """The smallest alteration without a shortfall, else the one with the least.
 
     The course being steered (``offset_rad``, if not 0) is kept while it is clear. Altering to

@@ -27,7 +27,7 @@ from glasshelm.world.step import FAR_M, WorldSettings, targets_at, waypoint_of
 
 @dataclasses.dataclass(frozen=True)
 class SearchSettings:
-    """How hard is searched. More of everything does not help (docs/pilots.md)."""
+    """How hard is searched."""
 
     knots: int = 16
     samples: int = 64
@@ -91,7 +91,7 @@ def sail_altered(
         error = alteration + heading - at.own.heading_rad
         change = helm.rudder_rad(error, at.own.rate_of_turn_rad_s - rate)
         command = jnp.clip(rudder + change, -ship.rudder_limit_rad, ship.rudder_limit_rad)
-        out = _Out(command, at.own.heading_rad, at.own.rate_of_turn_rad_s)
+        out = (command, at.own.heading_rad, at.own.rate_of_turn_rad_s)
         own = advance(at.own, command, ship, settings.step_s)
         return _meet(encounter, at, own, motion, ship, settings), out
 
@@ -99,17 +99,8 @@ def sail_altered(
     start = _meet(
         encounter, None, encounter.own, targets_at(encounter, jnp.zeros(())), ship, settings
     )
-    end, out = jax.lax.scan(go, start, (given, motions))
-    return Sailed(*out, end.margin, end.range_m, end.returned)
-
-
-class _Out(eqx.Module):
-    rudder_rad: Float[Array, ""]
-    heading_rad: Float[Array, ""]
-    rate_rad_s: Float[Array, ""]
-
-    def __iter__(self):
-        return iter((self.rudder_rad, self.heading_rad, self.rate_rad_s))
+    end, (rudders, headings, rates) = jax.lax.scan(go, start, (given, motions))
+    return Sailed(rudders, headings, rates, end.margin, end.range_m, end.returned)
 
 
 def _meet(
