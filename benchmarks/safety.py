@@ -24,7 +24,7 @@ from glasshelm.evaluation.tables import percent
 from glasshelm.learning.evaluate import sail_remembering
 from glasshelm.learning.reversals import WEAVING
 from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
-from glasshelm.pilots.planner import PlannerPilot
+from glasshelm.pilots.course import CoursePilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.together import Together
 from glasshelm.pilots.types import Pilot
@@ -72,7 +72,7 @@ def _ships(pilot: Pilot) -> dict[str, ShipParams]:
     """The ships that a pilot is sailed on, by the name to print."""
     if isinstance(pilot, StraightPilot):
         return SHIPS
-    return {"": pilot.ship if isinstance(pilot, PlannerPilot) else pilot.trained.ship}
+    return {"": pilot.ship if isinstance(pilot, CoursePilot) else pilot.trained.ship}
 
 
 def main() -> None:
