@@ -15,7 +15,15 @@ SHIP = SHIPS["large_ship"]
 MIX = AnalyticSettings(worlds_by_count=(1, 2, 2, 1))
 SETTINGS = ImitationSettings(
     CourseSettings(
-        (-60.0, -30.0, 30.0, 60.0), (400.0, 900.0), (), (), horizon_s=1800.0, step_s=20.0
+        # A teacher of few words, who minds no turn: what a small actor can learn in seconds.
+        (-60.0, -30.0, 30.0, 60.0),
+        (400.0, 900.0),
+        (),
+        (),
+        keep_s=(),
+        horizon_s=1800.0,
+        step_s=20.0,
+        alter_cost=0.0,
     ),
     stretches=6,
     iterations=20,
