@@ -76,10 +76,10 @@ def test_an_alteration_is_held_until_clear_by_the_wider_limit():
 
 
 def test_overtaking_the_side_is_free():
-    """The slow ship is a little to starboard: port is the smaller way round (Rule 13)."""
-    row = (600.0, 4000.0, 0.0, 2.0)
-    assert course(row) < 0.0
-    assert course((-600.0, 4000.0, 0.0, 2.0)) > 0.0
+    """The slow ship is to starboard: 30° to port clear her, 30° to starboard do not (Rule 13)."""
+    row = (1200.0, 4000.0, 0.0, 2.0)
+    assert course(row) == pytest.approx(-30.0, abs=1e-3)
+    assert course((-1200.0, 4000.0, 0.0, 2.0)) == pytest.approx(30.0, abs=1e-3)
 
 
 def test_settings_are_frozen():

@@ -57,6 +57,12 @@ def by_hand(row, last_deg=0.0) -> np.ndarray:
     return np.array(costs)
 
 
+def near_by(course_deg: float) -> tuple[float, ...]:
+    """A ship who crosses some 200 m off: at none the risk is infinite, and rounding decides."""
+    east, north, course, speed = colliding(course_deg, tcpa_s=500.0)
+    return (float(east), float(north) + 300.0, course, speed)
+
+
 _advance = jax.jit(lambda own, rudder: advance(own, rudder, SHIP, SETTINGS.step_s))
 
 
@@ -72,8 +78,8 @@ def _ours(s, last):
     ("row", "last_deg"),
     [
         ((300.0, 5500.0, 180.0, 5.0), 0.0),
-        (colliding(265.0, tcpa_s=500.0), 0.0),
-        (colliding(95.0, tcpa_s=500.0), 60.0),
+        (near_by(265.0), 0.0),
+        (near_by(95.0), 60.0),
     ],
 )
 def test_costs_are_the_formula_s_and_the_least_is_taken(row, last_deg):
@@ -84,6 +90,12 @@ def test_costs_are_the_formula_s_and_the_least_is_taken(row, last_deg):
     assert np.degrees(float(chosen)) == pytest.approx(
         SETTINGS.offsets_deg[int(np.argmin(expected))], abs=1e-3
     )
+
+
+def test_at_the_very_place_of_the_other_the_cost_is_finite_and_above_all_others():
+    costs = np.asarray(_ours(seen(colliding(265.0, tcpa_s=500.0)), jnp.zeros(()))[0])
+    assert np.isfinite(costs).all()
+    assert costs[1] > 1e6 * costs[[0, 2]].max()
 
 
 def test_starboard_is_cheaper_than_port():
