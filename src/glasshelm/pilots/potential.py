@@ -23,11 +23,11 @@ class PotentialSettings:
     """The field. Defaults: docs/pilots.md says how they were tuned. The attraction ξ is 1."""
 
     #: Repulsion begins at so much from a disc (ρ₀).
-    influence_m: float = 4000.0
+    influence_m: float = 12_600.0
     #: Radius of the disc that repels.
-    radius_m: float = 544.0
+    radius_m: float = 514.0
     #: η in ρ₀³: the repulsion equals the attraction at ρ where (1/ρ − 1/ρ₀)·ρ₀³·η/ρ² = 1.
-    strength: float = 0.3
+    strength: float = 0.041
     #: Nearer than this the force grows no more.
     nearest_m: float = 100.0
 

@@ -13,16 +13,16 @@ from functools import partial
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter, Motion
-from glasshelm.geometry import Vector, direction, norm, to_body, wrap_angle
+from glasshelm.geometry import Vector, direction, norm, wrap_angle
 from glasshelm.planning.helm import helm_of
-from glasshelm.ships import ShipParams, ShipState, advance
-from glasshelm.world.domain import danger_unclipped
+from glasshelm.ships import ShipParams, ShipState, advance, drifted
 from glasshelm.world.rewards import step_reward
-from glasshelm.world.step import FAR_M, WorldSettings, targets_at, waypoint_of
+from glasshelm.world.step import WorldSettings, margins, next_leg, targets_at, waypoint_of
+
+_WORLD = WorldSettings()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,6 +38,25 @@ class SearchSettings:
     least_spread: float = 0.05
     #: How far outside the domain (Eq. 13, unclipped) counts as outside, for rounding.
     clear: float = 0.005
+
+
+class Known(eqx.Module):
+    """All there is to know: the encounter, the true ship, the current (east, north) that carries
+    her, and how many steps count. A batch has one more axis in front of every array.
+    """
+
+    encounter: Encounter
+    ship: ShipParams
+    steps: Int[Array, "*b"]
+    current_m_s: Vector
+
+    @staticmethod
+    def still(encounters: Encounter, ship: ShipParams, steps: int) -> "Known":
+        """A batch of encounters for one ship without current, all equally long."""
+        count = encounters.present.shape[0]
+        each = jax.tree.map(lambda x: jnp.full(count, x, jnp.float32), ship)
+        none = jnp.zeros(count)
+        return Known(encounters, each, jnp.full(count, steps), Vector(none, none))
 
 
 class Sailed(eqx.Module):
@@ -71,108 +90,101 @@ class _Ship(eqx.Module):
     margin: Float[Array, ""]
     range_m: Float[Array, ""]
     returned: Float[Array, ""]
+    under_way: Bool[Array, ""]
 
 
-def sail_altered(
-    encounter: Encounter,
-    ship: ShipParams,
-    base: Sailed,
-    alteration_rad: Float[Array, " t"],
-    settings: WorldSettings = WorldSettings(),
-) -> Sailed:
-    """The voyage ``base`` with its course altered, as the world would have it (Eq. 6-7, 13-18)."""
-    helm = helm_of(ship)
-    steps = base.rudder_rad.shape[0]
-    times = jnp.arange(1, steps + 1) * settings.step_s
-    motions = jax.vmap(lambda t: targets_at(encounter, t))(times)
+def sail_altered(known: Known, base: Sailed, alteration_rad: Float[Array, " t"]) -> Sailed:
+    """The voyage ``base`` with its course altered, as the world would have it (Eq. 6-7, 13-18).
 
-    def go(at: _Ship, given: tuple[Float[Array, " 4"], Motion]):
-        (rudder, heading, rate, alteration), motion = given
+    It ends after ``known.steps``, or where the last waypoint is reached.
+    """
+    ship, helm = known.ship, helm_of(known.ship)
+    number = jnp.arange(base.rudder_rad.shape[0])
+    motions = jax.vmap(lambda n: targets_at(known.encounter, (n + 1) * _WORLD.step_s))(number)
+
+    def go(at: _Ship, given: tuple[Float[Array, " 4"], Motion, Int[Array, ""]]):
+        (rudder, heading, rate, alteration), motion, n = given
         error = alteration + heading - at.own.heading_rad
         change = helm.rudder_rad(error, at.own.rate_of_turn_rad_s - rate)
         command = jnp.clip(rudder + change, -ship.rudder_limit_rad, ship.rudder_limit_rad)
         out = (command, at.own.heading_rad, at.own.rate_of_turn_rad_s)
-        own = advance(at.own, command, ship, settings.step_s)
-        return _meet(encounter, at, own, motion, ship, settings), out
+        own = advance(at.own, command, ship, _WORLD.step_s)
+        met = _meet(known, at, drifted(own, known.current_m_s, _WORLD.step_s), motion)
+        counts = at.under_way & (n < known.steps)
+        return jax.tree.map(lambda new, old: jnp.where(counts, new, old), met, at), out
 
     given = jnp.stack([base.rudder_rad, base.heading_rad, base.rate_rad_s, alteration_rad], -1)
-    start = _meet(
-        encounter, None, encounter.own, targets_at(encounter, jnp.zeros(())), ship, settings
-    )
-    end, (rudders, headings, rates) = jax.lax.scan(go, start, (given, motions))
+    end, (rudders, headings, rates) = jax.lax.scan(go, _start(known), (given, motions, number))
     return Sailed(rudders, headings, rates, end.margin, end.range_m, end.returned)
 
 
-def _meet(
-    encounter: Encounter,
-    before: _Ship | None,
-    own: ShipState,
-    motion: Motion,
-    ship: ShipParams,
-    settings: WorldSettings,
-) -> _Ship:
-    """Own ship at her new place; without ``before`` the start, which is not counted."""
-    offset = Vector(motion.east_m - own.east_m, motion.north_m - own.north_m)
-    body = to_body(offset, own.heading_rad)
-    body = Vector(jnp.where(motion.present, body.x, 0.0), jnp.where(motion.present, body.y, FAR_M))
-    margins = danger_unclipped(body, ship.loa_m)
-    dangers = jnp.maximum(margins, 0.0)
-    leg = jnp.zeros((), jnp.int32) if before is None else before.leg
-    waypoint = waypoint_of(encounter, leg)
-    away = norm(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m))
-    more = leg < encounter.route.x.shape[-1] - 1
-    changed = (away < settings.arrival_m) & more
-    if before is None:
-        changed = jnp.zeros((), bool)
-    leg = jnp.where(changed, leg + 1, leg)
-    waypoint = waypoint_of(encounter, leg)
-    way = direction(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m))
-    bearing = wrap_angle(way - own.heading_rad)
-    if before is None:
-        far, zero = jnp.full((), -jnp.inf), jnp.zeros(())
-        return _Ship(own, leg, bearing, dangers, far, -far, zero)
-    last = jnp.where(changed, bearing, before.bearing)
+def _start(known: Known) -> _Ship:
+    """Own ship before the first step, which is all that is counted."""
+    encounter, own = known.encounter, known.encounter.own
+    motion = targets_at(encounter, jnp.zeros(()))
+    leg, far, yes = jnp.zeros((), jnp.int32), jnp.full((), jnp.inf), jnp.ones((), bool)
+    danger = jnp.maximum(margins(own, motion, known.ship), 0.0)
+    return _Ship(
+        own, leg, _bearing(encounter, own, leg), danger, -far, far, jnp.zeros(()), yes
+    )  # fmt: skip
+
+
+def _meet(known: Known, before: _Ship, own: ShipState, motion: Motion) -> _Ship:
+    """Own ship a step later, at her new place."""
+    depths = margins(own, motion, known.ship)
+    dangers = jnp.maximum(depths, 0.0)
+    apart = norm(Vector(motion.east_m - own.east_m, motion.north_m - own.north_m))
+    nearest = jnp.where(motion.present, apart, jnp.inf).min(initial=jnp.inf)
+    leg, arrived = next_leg(known.encounter, before.leg, own, _WORLD)
+    bearing = _bearing(known.encounter, own, leg)
+    last = jnp.where(leg == before.leg, before.bearing, bearing)
     reward = step_reward(bearing, last, dangers, before.danger)
     return _Ship(
         own,
         leg,
         bearing,
         dangers,
-        jnp.maximum(before.margin, margins.max(initial=-jnp.inf)),
-        jnp.minimum(before.range_m, norm(body).min(initial=jnp.inf)),
+        jnp.maximum(before.margin, depths.max(initial=-jnp.inf)),
+        jnp.minimum(before.range_m, nearest),
         before.returned + reward.total,
+        ~arrived,
     )
 
 
-def as_sailed(encounter: Encounter, ship: ShipParams, rudder_rad: Float[Array, " t"]) -> Sailed:
+def _bearing(encounter: Encounter, own: ShipState, leg: Int[Array, ""]) -> Float[Array, ""]:
+    """Bearing of the waypoint off the bow."""
+    waypoint = waypoint_of(encounter, leg)
+    way = direction(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m))
+    return wrap_angle(way - own.heading_rad)
+
+
+def as_sailed(known: Known, rudder_rad: Float[Array, " t"]) -> Sailed:
     """The voyage of a row of rudder commands [rad]."""
-    zero = jnp.zeros_like(rudder_rad)
 
     def go(own: ShipState, command: Float[Array, ""]):
         out = (own.heading_rad, own.rate_of_turn_rad_s)
-        return advance(own, command, ship, WorldSettings().step_s), out
+        return advance(own, command, known.ship, _WORLD.step_s), out
 
-    _, (heading, rate) = jax.lax.scan(go, encounter.own, rudder_rad)
+    _, (heading, rate) = jax.lax.scan(go, known.encounter.own, rudder_rad)
     blank = jnp.zeros(())
     base = Sailed(rudder_rad, heading, rate, blank, blank, blank)
-    return sail_altered(encounter, ship, base, zero)
+    return sail_altered(known, base, jnp.zeros_like(rudder_rad))
 
 
 def improve(
-    encounter: Encounter,
-    ship: ShipParams,
+    known: Known,
     base: Sailed,
     key: PRNGKeyArray,
     settings: SearchSettings = SearchSettings(),
 ) -> Sailed:
     """The best voyage found near ``base``, by value; ``base`` itself if there is no better."""
-    broken = jnp.asarray(_lines(settings.knots, base.rudder_rad.shape[0]))
+    lines = _lines(settings.knots, base.rudder_rad.shape[0], known.steps)
 
     def sail(knots: Float[Array, " k"]) -> Sailed:
-        return sail_altered(encounter, ship, base, broken @ knots)
+        return sail_altered(known, base, lines @ knots)
 
     def value(knots: Float[Array, " k"]) -> Float[Array, ""]:
-        return sail(knots).value(ship, settings)
+        return sail(knots).value(known.ship, settings)
 
     def once(carry, key: PRNGKeyArray):
         mean, spread, best, best_value = carry
@@ -201,20 +213,21 @@ def best_of(sailed: Sailed, ship: ShipParams, settings: SearchSettings) -> Saile
     return jax.tree.map(lambda x: x[jnp.argmax(values)], sailed)
 
 
-@partial(jax.jit, static_argnames=("ship", "settings"))
+@partial(jax.jit, static_argnames="settings")
 def improve_all(
-    encounters: Encounter,
-    ship: ShipParams,
+    known: Known,
     bases: Sailed,
     key: PRNGKeyArray,
     settings: SearchSettings = SearchSettings(),
 ) -> Sailed:
-    """:func:`improve` for a batch: ``bases`` [w]."""
-    keys = jax.random.split(key, bases.margin.shape[0])
-    return jax.vmap(lambda e, b, k: improve(e, ship, b, k, settings))(encounters, bases, keys)
+    """:func:`improve` for a batch: ``bases`` [w].
+
+    All are searched with the same draws: what is found in one does not depend on the others.
+    """
+    return jax.vmap(lambda k, b: improve(k, b, key, settings))(known, bases)
 
 
-def _lines(knots: int, steps: int) -> Float[np.ndarray, "t k"]:
-    """The matrix from the knots of a broken line to its values at every step."""
-    at = np.linspace(0.0, knots - 1.0, steps)
-    return np.maximum(0.0, 1.0 - np.abs(at[:, None] - np.arange(knots))).astype(np.float32)
+def _lines(knots: int, steps: int, counted: Int[Array, ""]) -> Float[Array, "t k"]:
+    """The matrix from the knots of a broken line over the steps that count to its values."""
+    at = jnp.arange(steps) * (knots - 1.0) / jnp.maximum(counted - 1, 1)
+    return jnp.maximum(0.0, 1.0 - jnp.abs(at[:, None] - jnp.arange(knots)))
