@@ -10,6 +10,7 @@ of its rows, and the compression takes care of that.
 import types
 import typing
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +22,24 @@ from glasshelm.frames import Frame, Target
 _ROWS = 20_000  # rows a group
 
 
+def check_parquet(instead: str = "") -> None:
+    """InputError where pyarrow is missing: better before a voyage than after it.
+
+    ``instead`` is what can be done without, to end the message with.
+    """
+    if find_spec("pyarrow") is None:
+        raise InputError(
+            "Parquet needs pyarrow, which is not installed: "
+            f"pip install 'glasshelm[parquet]'{instead}"
+        )
+
+
 def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
     """Write the table; returns its number of rows. InputError without pyarrow."""
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError:
-        raise InputError(
-            "Parquet needs pyarrow, which is not installed: pip install 'glasshelm[parquet]'"
-        ) from None
+    check_parquet()
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     kinds: dict[Any, Any] = {float: pa.float64(), str: pa.string(), bool: pa.bool_()}
     kinds |= {list[kind]: pa.list_(kinds[kind]) for kind in (float, str)}
     schema = pa.schema([(name, kinds[kind]) for name, kind in columns().items()])

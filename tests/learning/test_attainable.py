@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from glasshelm.encounters.random import WIDE
-from glasshelm.learning.attainable import correlation, foretold
+from glasshelm.learning.attainable import foretold
+from glasshelm.learning.evaluate import correlation
 from glasshelm.learning.noise import NoiseSettings
 from glasshelm.learning.worlds import draw_encounters
 from glasshelm.networks.critics import Values

@@ -47,13 +47,14 @@ def run(
 
     from glasshelm.evaluation.entrants import entrants
     from glasshelm.evaluation.exam import examine
-    from glasshelm.evaluation.export import check_parquet, write_parquet
+    from glasshelm.evaluation.export import write_parquet
     from glasshelm.evaluation.progress import Display
     from glasshelm.evaluation.tables import report
     from glasshelm.evaluation.workers import workers_named
+    from glasshelm.parquet import check_parquet
 
     if parquet:
-        check_parquet()
+        check_parquet(", or --no-parquet")
     console = Console(stderr=True)
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = entrants(pilots, ships)

@@ -24,8 +24,8 @@ def run(
     it again. Ctrl-C ends the voyage; the frames sailed so far stay.
 
     Args:
-        source: random:SEED, wide:SEED, imazu:5, gulf-of-finland, path/to/situation.json,
-            path/to/ais.csv, or a log: path/to/frames.jsonl
+        source: random:SEED, wide:SEED, converging:SEED, imazu:5, gulf-of-finland,
+            path/to/situation.json, path/to/ais.csv, or a log: path/to/frames.jsonl
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file.
         ship: Own ship: paper or large_ship.

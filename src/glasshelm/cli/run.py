@@ -22,8 +22,8 @@ def run(
     Ctrl-C ends the voyage; what is written stays and can be read.
 
     Args:
-        source: random:SEED, wide:SEED, imazu:5, gulf-of-finland, path/to/situation.json,
-            path/to/ais.csv, …
+        source: random:SEED, wide:SEED, converging:SEED, imazu:5, gulf-of-finland,
+            path/to/situation.json, path/to/ais.csv, …
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file.
         ship: Own ship: paper or large_ship.
@@ -42,12 +42,14 @@ def run(
 
     from glasshelm.encounters.source import scenario_from
     from glasshelm.logbook import Logbook, read
-    from glasshelm.parquet import to_parquet
+    from glasshelm.parquet import check_parquet, to_parquet
     from glasshelm.pilots.catalogue import default_pilot, pilot_named
     from glasshelm.ships import ship_named
     from glasshelm.summary import Summary
     from glasshelm.voyage import sail, steps_of
 
+    if parquet is not None:
+        check_parquet()
     console = Console(stderr=True)
     helm = pilot_named(default_pilot(ship) if pilot is None else pilot)
     scenario = scenario_from(source, ship_named(ship), own, at)

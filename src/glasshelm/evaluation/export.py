@@ -8,19 +8,9 @@ import numpy as np
 from glasshelm.errors import InputError
 from glasshelm.evaluation.colregs import Kind
 from glasshelm.evaluation.results import Columns, Sailed
+from glasshelm.parquet import check_parquet
 
 ENCOUNTERS, MEETINGS = "encounters.parquet", "meetings.parquet"
-
-
-def check_parquet() -> None:
-    """InputError where pyarrow is missing: better before the voyages than after them."""
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise InputError(
-            "Parquet needs pyarrow, which is not installed: pip install 'glasshelm[parquet]', "
-            "or --no-parquet"
-        ) from None
 
 
 def write_parquet(sailed: tuple[Sailed, ...], out: Path) -> list[Path]:

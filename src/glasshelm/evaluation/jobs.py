@@ -3,6 +3,8 @@
 import dataclasses
 import hashlib
 import os
+import zipfile
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -110,12 +112,8 @@ class Kept:
         try:
             with np.load(self.path(job), allow_pickle=False) as file:
                 return {name: file[name] for name in file.files}
-        except (OSError, ValueError, EOFError, KeyError):
+        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
             return None
-        except Exception as error:  # zipfile.BadZipFile and zlib.error of a damaged file
-            if type(error).__module__ in ("zipfile", "zlib"):
-                return None
-            raise
 
     def write(self, job: Job, found: Found) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)

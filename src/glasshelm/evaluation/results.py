@@ -9,6 +9,7 @@ from glasshelm.errors import InputError
 from glasshelm.evaluation.colregs import Kind
 from glasshelm.evaluation.entrants import Entrant
 from glasshelm.evaluation.jobs import Found, Job
+from glasshelm.evaluation.sail import SETTINGS
 from glasshelm.evaluation.types import Suite
 from glasshelm.learning.reversals import WEAVING
 from glasshelm.ships import NAUTICAL_MILE_M
@@ -54,7 +55,8 @@ def _columns(suite: Suite, found: Mapping[str, np.ndarray]) -> Columns:
     loa = np.asarray(ship.loa_m)[:, None]
     ships = np.asarray(encounter.present).sum(-1)
     margin, range_m = found["margin"], found["range_m"]
-    steps = np.maximum(found["time_s"] / 5.0, 1.0)
+    steps = np.maximum(found["time_s"] / SETTINGS.step_s, 1.0)
+    minutes = steps * SETTINGS.step_s / 60.0
     progress = found["left_at_start_m"] - found["left_m"]
     collided, intruded = range_m < loa, margin > 0
     return {
@@ -81,7 +83,7 @@ def _columns(suite: Suite, found: Mapping[str, np.ndarray]) -> Columns:
         "detour_m": found["sailed_m"] - progress,
         "turned_deg": np.degrees(found["turned_rad"]),
         "rudder": found["rudder"] / steps,
-        "rudder_moved_deg_min": np.degrees(found["rudder_moved_rad"]) / (steps * 5.0 / 60.0),
+        "rudder_moved_deg_min": np.degrees(found["rudder_moved_rad"]) / minutes,
         "reversals": found["reversals.count"],
         "weaving": found["reversals.count"] >= WEAVING,
     }

@@ -15,15 +15,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter
-from glasshelm.learning.evaluate import EVALUATION_SEED, Steers
+from glasshelm.learning.evaluate import EVALUATION_SEED, Columns, Steers, correlation
 from glasshelm.learning.losses import CriticOf
 from glasshelm.learning.noise import Noise, NoiseSettings, explore, quiet
 from glasshelm.networks.fleet import Padded
 from glasshelm.ships import ShipParams
 from glasshelm.world.step import WorldState, begin, step
-
-#: Sub-tasks, or single columns, of one return or value [state, sub-task].
-Columns = Float[Array, "n 2"]
 
 
 class Foretold(eqx.Module):
@@ -40,12 +37,6 @@ class Foretold(eqx.Module):
     slope: Float[Array, "2"]
     bias: Float[Array, "2"]
     spread: Float[Array, "2"]
-
-
-def correlation(a: Columns, b: Columns) -> Float[Array, "2"]:
-    """Pearson's r of each column; 0 where one of them is constant."""
-    da, db = a - a.mean(0), b - b.mean(0)
-    return (da * db).mean(0) / jnp.maximum(da.std(0) * db.std(0), 1e-9)
 
 
 @partial(jax.jit, static_argnames=("lapses", "instants", "every", "long"))

@@ -30,6 +30,9 @@ Steers = Callable[[Observation], Float[Array, " w"]]
 #: The same with a memory: observations and memory -> rudders and memory.
 Remembers = Callable[[Observation, Any], tuple[Float[Array, " w"], Any]]
 
+#: One value or return by sub-task, of many states.
+Columns = Float[Array, "n 2"]
+
 #: The fixed evaluation set is drawn with this seed, whatever the training's.
 EVALUATION_SEED = 20_240_501
 
@@ -246,10 +249,10 @@ def agreement(
     _, (values, rewards) = jax.lax.scan(go, start, jnp.arange(long))
     _, returns = jax.lax.scan(back, jnp.zeros_like(rewards[0]), rewards, reverse=True)
     q, g = values[:short].reshape(-1, 2), returns[:short].reshape(-1, 2)
-    dq, dg = q - q.mean(0), g - g.mean(0)
-    covariance = (dq * dg).mean(0)
-    return Agreement(
-        covariance / jnp.maximum(dq.std(0) * dg.std(0), 1e-9),
-        jnp.sqrt(((q - g) ** 2).mean(0)),
-        dg.std(0),
-    )
+    return Agreement(correlation(q, g), jnp.sqrt(((q - g) ** 2).mean(0)), g.std(0))
+
+
+def correlation(a: Columns, b: Columns) -> Float[Array, "2"]:
+    """Pearson's r of each column; 0 where one of them is constant."""
+    da, db = a - a.mean(0), b - b.mean(0)
+    return (da * db).mean(0) / jnp.maximum(da.std(0) * db.std(0), 1e-9)

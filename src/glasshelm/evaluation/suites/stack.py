@@ -9,10 +9,9 @@ import numpy as np
 from jaxtyping import Array
 
 from glasshelm.encounters.types import Encounter, Scenario, Track
+from glasshelm.evaluation.sail import SETTINGS
 from glasshelm.evaluation.types import Case, Suite
 from glasshelm.geometry import Vector
-
-_STEP_S = 5.0
 
 
 def scenario_suite(
@@ -60,7 +59,7 @@ def _case(scenario: Scenario, slots: int, legs: int, points: int, least_s: float
             jnp.pad(encounter.present, (0, slots - count)),
         ),
         jax.tree.map(jnp.float32, ship),
-        jnp.asarray(round(max(scenario.duration_s, least_s) / _STEP_S), jnp.int32),
+        jnp.asarray(round(max(scenario.duration_s, least_s) / SETTINGS.step_s), jnp.int32),
         length,
         length * np.float32(beam / loa),
     )
