@@ -59,13 +59,6 @@ def test_for_a_ship_ahead_or_from_starboard_near_collision_course_she_alters(nam
     assert abs(course(name, seen((east + 300.0, north, heading, speed)))) > 5.0
 
 
-def test_dead_ahead_the_field_has_no_side():
-    """Khatib's known weakness, kept as printed; elsewhere in a meeting it has one."""
-    _, north, heading, speed = colliding(180.0, tcpa_s=300.0)
-    assert course("apf", seen((0.0, north, heading, speed))) == pytest.approx(0.0, abs=1e-3)
-    assert course("apf", seen((300.0, north, heading, speed))) < -3.0
-
-
 @pytest.mark.parametrize("name", METHODS)
 def test_an_absent_target_changes_nothing(name):
     what = seen(colliding(180.0))

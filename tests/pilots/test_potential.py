@@ -42,3 +42,13 @@ def test_the_mirrored_field_steers_the_mirrored_course():
     one, other = (float(chosen(seen(*r, ship=AGILE))) for r in (rows, mirrored(*rows)))
     assert abs(one) > 0.05
     assert one == pytest.approx(-other, abs=1e-4)
+
+
+def test_dead_ahead_the_field_has_no_side():
+    """Khatib's known weakness, kept as printed: on or back, until something moves."""
+    chosen = jax.jit(lambda s: potential_course(s, jnp.zeros(()), AGILE, SETTINGS))
+    for north in (2000.0, 3500.0):
+        ahead = float(chosen(seen((0.0, north, 180.0, 5.0), ship=AGILE)))
+        assert np.sin(ahead) == pytest.approx(0.0, abs=1e-3)
+        beside = float(chosen(seen((300.0, north, 180.0, 5.0), ship=AGILE)))
+        assert np.sin(beside) < -0.01
