@@ -1,6 +1,6 @@
 """How safe are the pilots? Random encounters of the paper and the Imazu cases.
 
-    python benchmarks/safety.py [--pilots NAME ...] [--encounters 10000]
+    python benchmarks/safety.py [--pilots NAME ...] [--encounters 10000] [--seed 7000000]
 
 Prints Markdown tables: intrusions (Eq. 13 > 0 at any step) and collisions
 (centre distance below own ship's length) over 1200 s and 2400 s with 95 %
@@ -39,12 +39,14 @@ def rate(events: np.ndarray) -> str:
     return percent(clopper_pearson(int(events.sum()), events.size))
 
 
-def sail_random(pilot: Pilot, ship: ShipParams, number: int, name: str) -> dict[str, np.ndarray]:
+def sail_random(
+    pilot: Pilot, ship: ShipParams, number: int, seed: int, name: str
+) -> dict[str, np.ndarray]:
     """Margins and ranges [2, number] (short, long), mean rudder, returns, number of ships."""
     draw = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))
     parts, helm = [], Together(pilot)
     for chunk in track(range(0, number, CHUNK), description=name):
-        keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(SEED), i))(
+        keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(seed), i))(
             chunk + jnp.arange(CHUNK)
         )
         found = sail_remembering(helm, helm.start(CHUNK), draw(keys), ship, SHORT, LONG)
@@ -79,6 +81,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pilots", nargs="*", default=None)
     parser.add_argument("--encounters", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=SEED)
     arguments = parser.parse_args()
     rows, by_ships, imazu = [], [], []
     for name in arguments.pilots or [*UNTRAINED, *bundled()]:
@@ -90,7 +93,7 @@ def main() -> None:
                 f"{name} ({ship_name})" if ship_name else f"{name} `{digest}`".removesuffix(" ``")
             )
             began = time.monotonic()
-            found = sail_random(pilot, ship, arguments.encounters, label)
+            found = sail_random(pilot, ship, arguments.encounters, arguments.seed, label)
             intruded, collided = found["margin"] > 0, found["range_m"] < ship.loa_m
             returns = found["return_by_task"].sum(-1).mean()
             turns, rudder = found["reversals"], found["rudder"].mean()
