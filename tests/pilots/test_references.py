@@ -85,6 +85,10 @@ def test_scenario_mpc_alters_to_the_same_side_and_mostly_by_as_much(sights):
         close_m=found["close_m"],
         collision_gain=found["collision_gain"] / 2.0 ** found["range_exponent"],
         rules_cost=found["rules_cost"],
+        time_exponent=1.0,
+        offset_gain=1.3,
+        to_starboard_gain=0.9,
+        to_port_gain=1.2,
     )
     # Quick, and yet such that the helmsman, who is never faster than 20 s, can damp her.
     quick = dataclasses.replace(SHIP, gain_1_s=1.0, time_constant_s=20.0)

@@ -40,7 +40,8 @@ def by_hand(row, last_deg=0.0) -> np.ndarray:
             mine = SHIP.speed_m_s * np.array([np.sin(psi), np.cos(psi)])
             hazard = 0.0
             if distance < SETTINGS.safe_m:
-                risk = (SETTINGS.safe_m / distance) ** SETTINGS.range_exponent / time
+                risk = (SETTINGS.safe_m / distance) ** SETTINGS.range_exponent
+                risk /= time**SETTINGS.time_exponent
                 hazard += SETTINGS.collision_gain * ((mine - hers) ** 2).sum() * risk
             bearing = (np.arctan2(*apart) - psi + np.pi) % (2 * np.pi) - np.pi
             cosine = mine @ hers / (SHIP.speed_m_s * speed)

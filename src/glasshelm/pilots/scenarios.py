@@ -36,15 +36,15 @@ class ScenarioSettings:
     )  # fmt: skip
     horizon_s: float = 1800.0
     step_s: float = 15.0
-    safe_m: float = 2000.0
-    close_m: float = 4000.0
-    time_exponent: float = 1.0
+    safe_m: float = 2125.0
+    close_m: float = 2900.0
+    time_exponent: float = 0.65
     range_exponent: float = 4.0
-    collision_gain: float = 10.0
-    rules_cost: float = 3.0
-    offset_gain: float = 1.3
-    to_starboard_gain: float = 0.9
-    to_port_gain: float = 1.2
+    collision_gain: float = 500.0
+    rules_cost: float = 3.4
+    offset_gain: float = 0.57
+    to_starboard_gain: float = 1.56
+    to_port_gain: float = 2.41
     #: Ahead of, abaft, head-on and crossing sectors.
     ahead_deg: float = 68.5
     overtaken_deg: float = 68.5
