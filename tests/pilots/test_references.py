@@ -17,11 +17,15 @@ from tests.pilots.scenes import AGILE, seen
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import Encounter
-from glasshelm.geometry import Cpa, Vector
+from glasshelm.geometry import Cpa, Vector, direction, norm, velocity
 from glasshelm.pilots.fuzzy import FuzzySettings, fuzzy_risk
 from glasshelm.pilots.potential import PotentialSettings, potential_course
 from glasshelm.pilots.scenarios import ScenarioSettings, scenario_course
-from glasshelm.pilots.velocity import VelocitySettings, velocity_course
+from glasshelm.pilots.velocity import (
+    VelocitySettings,
+    passes_to_starboard,
+    velocity_course,
+)
 from glasshelm.planning.course import situation_of
 from glasshelm.planning.helm import helm_of
 from glasshelm.planning.meeting import Meeting, meetings
@@ -127,6 +131,48 @@ def test_fuzzy_risk_is_that_of_the_reference_s_sets():
     dcpa, tcpa, theirs = (jnp.asarray(x) for x in zip(*found["dcpa_tcpa_risk"], strict=True))
     ours = fuzzy_risk(Cpa(Vector(dcpa, dcpa), dcpa, tcpa), SHIP, settings)
     np.testing.assert_allclose(ours, theirs, atol=2e-5)
+
+
+#: Names of the reference of Kuwata's form for ours. It asks from which side own ship is seen and
+#: not on which the other is: its "CR_PS", named for port, is a ship from starboard.
+KUWATA = {
+    "HO": Meeting.HEAD_ON,
+    "OT_ing": Meeting.OVERTAKING,
+    "OT_en": Meeting.OVERTAKEN,
+    "CR_PS": Meeting.GIVE_WAY,
+    "CR_SS": Meeting.STAND_ON,
+}
+
+
+def test_courses_against_the_rules_are_those_of_kuwata_s_reference(sights):
+    """Which courses leave a ship to starboard, and to whom own ship gives way, for every ship.
+
+    Its choice of a course cannot be compared: its cost takes a candidate's east component
+    from another speed than the north one, and its obstacles stand still.
+    """
+    found, grid = FOUND["kuwata"], np.arange(-120, 121, 5)
+
+    @jax.jit
+    @jax.vmap
+    def look(s):
+        at = situation_of(s, SHIP)
+        own = velocity(jnp.radians(jnp.asarray(grid, jnp.float32))[:, None], SHIP.speed_m_s)
+        motion = Vector(at.velocity.x - own.x, at.velocity.y - own.y)
+        angle = direction(at.position) - direction(motion)
+        between = (norm(motion) < 0.01) | (jnp.abs(jnp.sin(2.0 * angle)) < 1e-3)
+        return passes_to_starboard(at.position, motion), between, meetings(at, jnp.zeros(()))
+
+    against, between, kinds = map(np.asarray, look(sights))
+    compared = 0
+    for i, case in enumerate(CASES):
+        for j, (first, last) in enumerate(found["against_deg"][case]):
+            theirs = (first <= grid) & (grid <= last)
+            ours, sure = against[i, :, j], ~between[i, :, j]
+            assert sure.sum() >= 45  # else on collision course, or neither closing nor leaving
+            np.testing.assert_array_equal(ours[sure], theirs[sure], err_msg=case)
+            assert kinds[i, j] == KUWATA[found["kinds"][case][j]], case
+            compared += 1
+    assert compared == sum(len(ships) for ships in imazu_cases().values())
 
 
 #: The reference's names for ours; it has none for being overtaken.
