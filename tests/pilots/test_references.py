@@ -13,11 +13,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import AGILE, seen
+from tests.pilots.scenes import AGILE, colliding, seen
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import Encounter
 from glasshelm.geometry import Cpa, Vector, direction, norm, velocity
+from glasshelm.pilots.cpa import CpaSettings, cpa_course
 from glasshelm.pilots.fuzzy import FuzzySettings, fuzzy_risk
 from glasshelm.pilots.potential import PotentialSettings, potential_course
 from glasshelm.pilots.scenarios import ScenarioSettings, scenario_course
@@ -131,6 +132,25 @@ def test_fuzzy_risk_is_that_of_the_reference_s_sets():
     dcpa, tcpa, theirs = (jnp.asarray(x) for x in zip(*found["dcpa_tcpa_risk"], strict=True))
     ours = fuzzy_risk(Cpa(Vector(dcpa, dcpa), dcpa, tcpa), SHIP, settings)
     np.testing.assert_allclose(ours, theirs, atol=2e-5)
+
+
+def test_the_cpa_rule_alters_to_the_reference_s_side_by_no_less_than_it_must():
+    """Ships of own speed who would collide in 800 s, from every course not nearly hers.
+
+    The reference has one angle for each kind of meeting and does not ask whether it clears;
+    ours takes the smallest that does. On a collision course the reference never stands on, so
+    the time is after our last moment; and it has no overtaking, so those are left out.
+    """
+    found = FOUND["cpa"]
+    settings = CpaSettings(dcpa_m=found["safe_m"])
+    rule = jax.jit(lambda s: cpa_course(s, jnp.zeros(()), SHIP, settings))
+    assert len(found["course_alteration_deg"]) >= 10
+    for course, theirs in found["course_alteration_deg"]:
+        row = colliding(course, SHIP.speed_m_s, found["tcpa_s"], SHIP)
+        ours = math.degrees(float(rule(seen(row, ship=SHIP))))
+        assert ours > 0, course
+        assert theirs > 0, course
+        assert ours >= settings.alterations_deg[0] - 1e-3
 
 
 #: Names of the reference of Kuwata's form for ours. It asks from which side own ship is seen and
