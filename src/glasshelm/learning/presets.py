@@ -97,7 +97,11 @@ PRESETS: dict[str, TrainConfig] = {
         ddpg=DdpgSettings(
             env_steps=2_500_000,
             batch=256,
+            # A quarter of the paper's updates: its 0.001 would still lag behind at their end.
+            target_rate=0.005,
             replay=500_000,
+            # σ 0.30 wanders beyond ± 2: the rudder would be hard over most of the time.
+            noise=NoiseSettings(sigma=0.1),
             actor_loss=ActorLossSettings(noise_shared=True),
         ),
     ),
