@@ -1,6 +1,7 @@
 """How safe are the pilots? Random encounters of the paper and the Imazu cases.
 
-    python benchmarks/safety.py [--pilots NAME ...] [--encounters 10000]
+    python benchmarks/safety.py [--pilots NAME ...] [--encounters 10000] [--seed 7000000]
+                                [--random-only]
 
 Prints Markdown tables: intrusions (Eq. 13 > 0 at any step) and collisions
 (centre distance below own ship's length) over 1200 s and 2400 s with 95 %
@@ -24,7 +25,7 @@ from glasshelm.evaluation.tables import percent
 from glasshelm.learning.evaluate import sail_remembering
 from glasshelm.learning.reversals import WEAVING
 from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
-from glasshelm.pilots.planner import PlannerPilot
+from glasshelm.pilots.course import CoursePilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.together import Together
 from glasshelm.pilots.types import Pilot
@@ -39,12 +40,14 @@ def rate(events: np.ndarray) -> str:
     return percent(clopper_pearson(int(events.sum()), events.size))
 
 
-def sail_random(pilot: Pilot, ship: ShipParams, number: int, name: str) -> dict[str, np.ndarray]:
+def sail_random(
+    pilot: Pilot, ship: ShipParams, number: int, seed: int, name: str
+) -> dict[str, np.ndarray]:
     """Margins and ranges [2, number] (short, long), mean rudder, returns, number of ships."""
     draw = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))
     parts, helm = [], Together(pilot)
     for chunk in track(range(0, number, CHUNK), description=name):
-        keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(SEED), i))(
+        keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(seed), i))(
             chunk + jnp.arange(CHUNK)
         )
         found = sail_remembering(helm, helm.start(CHUNK), draw(keys), ship, SHORT, LONG)
@@ -72,13 +75,15 @@ def _ships(pilot: Pilot) -> dict[str, ShipParams]:
     """The ships that a pilot is sailed on, by the name to print."""
     if isinstance(pilot, StraightPilot):
         return SHIPS
-    return {"": pilot.ship if isinstance(pilot, PlannerPilot) else pilot.trained.ship}
+    return {"": pilot.ship if isinstance(pilot, CoursePilot) else pilot.trained.ship}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pilots", nargs="*", default=None)
     parser.add_argument("--encounters", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--random-only", action="store_true", help="leave out the Imazu cases")
     arguments = parser.parse_args()
     rows, by_ships, imazu = [], [], []
     for name in arguments.pilots or [*UNTRAINED, *bundled()]:
@@ -90,7 +95,7 @@ def main() -> None:
                 f"{name} ({ship_name})" if ship_name else f"{name} `{digest}`".removesuffix(" ``")
             )
             began = time.monotonic()
-            found = sail_random(pilot, ship, arguments.encounters, label)
+            found = sail_random(pilot, ship, arguments.encounters, arguments.seed, label)
             intruded, collided = found["margin"] > 0, found["range_m"] < ship.loa_m
             returns = found["return_by_task"].sum(-1).mean()
             turns, rudder = found["reversals"], found["rudder"].mean()
@@ -102,13 +107,15 @@ def main() -> None:
             )
             cells = [rate(intruded[1][found["ships"] == n]) for n in range(1, 7)]
             by_ships.append(f"| {label} | " + " | ".join(cells) + " |")
+            print(f"{label}: {time.monotonic() - began:.0f} s", flush=True)
+            if arguments.random_only:
+                continue
             cases = sail_imazu(pilot, ship)
             plain = [c for c in cases if not c.endswith("b")]
             bad = [f"{c} ({cases[c][0]:.2f})" for c in cases if cases[c][0] > 0]
             hit = sum(cases[c][1] < ship.loa_m for c in plain)
             into = sum(cases[c][0] > 0 for c in plain)
             imazu.append(f"| {label} | {hit} of 22 | {into} of 22 | {', '.join(bad) or '–'} |")
-            print(f"{label}: {time.monotonic() - began:.0f} s", flush=True)
     print(
         "\n| pilot | intrusions 1200 s | collisions 1200 s | intrusions 2400 s | "
         "collisions 2400 s | nearest, 5th percentile [m] | return (1200 s) | mean rudder | "

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from glasshelm.errors import InputError
+from glasshelm.geometry import Vector
 from glasshelm.trig import sine_cosine
 
 KNOT_M_S = 1852.0 / 3600.0
@@ -118,6 +119,15 @@ def advance(
         end.rate_of_turn_rad_s,
         end.rudder_rad,
         state.speed_m_s,
+    )
+
+
+def drifted(state: ShipState, current_m_s: Vector, duration_s: float) -> ShipState:
+    """The ship carried along by a current (east, north) [m/s] while she sailed."""
+    return eqx.tree_at(
+        lambda s: (s.east_m, s.north_m),
+        state,
+        (state.east_m + current_m_s.x * duration_s, state.north_m + current_m_s.y * duration_s),
     )
 
 

@@ -9,7 +9,8 @@ from glasshelm.encounters.imazu import imazu_scenario
 from glasshelm.encounters.random import random_encounter
 from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.geometry import Vector
-from glasshelm.pilots.planner import PlannerPilot
+from glasshelm.pilots.course import CoursePilot
+from glasshelm.pilots.planner import PLANNER
 from glasshelm.planning.course import (
     CourseSettings,
     plan_course,
@@ -118,7 +119,7 @@ def test_the_manoeuvres_are_those_of_the_settings():
 @pytest.mark.parametrize("name", SHIPS)
 def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
     ship = SHIPS[name]
-    pilot = PlannerPilot(ship, "planner")
+    pilot = CoursePilot(ship, "planner", PLANNER)
     keys = jax.random.split(jax.random.key(11), 8)
     batch = jax.jit(jax.vmap(lambda k: random_encounter(k, ship, count=1)))(keys)
 
@@ -142,7 +143,7 @@ def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
 
 def test_one_world_is_steered_as_it_is_among_others():
     encounter = imazu_scenario("5", SHIP).encounter
-    pilot = PlannerPilot(SHIP, "planner")
+    pilot = CoursePilot(SHIP, "planner", PLANNER)
     seen = begin(encounter, SHIP).observation
     rudder, memory = jax.jit(pilot.steer)(seen, pilot.start())
     two = jax.tree.map(lambda x: jnp.stack([x, x]), (seen, pilot.start()))

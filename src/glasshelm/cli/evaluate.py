@@ -12,7 +12,7 @@ def run(
     out: Path = Path("examined"),
     encounters: int | None = None,
     ships: tuple[Literal["paper", "large_ship"], ...] = ("paper", "large_ship"),
-    against: tuple[str, ...] = ("straight",),
+    against: tuple[str, ...] = ("straight", "paper-cpa", "large-ship-cpa"),
     workers: Literal["here", "ray"] = "here",
     address: str | None = None,
     parquet: bool = True,

@@ -26,8 +26,8 @@ def run(
     Args:
         source: random:SEED, wide:SEED, converging:SEED, imazu:5, gulf-of-finland,
             path/to/situation.json, path/to/ais.csv, or a log: path/to/frames.jsonl
-        pilot: A bundled pilot (by default the ship's), straight, a planner (paper-planner,
-            large-ship-planner), or a .safetensors file.
+        pilot: A bundled pilot (by default the ship's), straight, one without weights by
+            ship and method (paper-planner, large-ship-cpa), or a .safetensors file.
         ship: Own ship: paper or large_ship.
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).

@@ -14,8 +14,9 @@ import numpy as np
 import glasshelm
 from glasshelm.errors import InputError
 from glasshelm.pilots.catalogue import pilot_named
+from glasshelm.pilots.clairvoyant import SEERS
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.types import Pilot
+from glasshelm.pilots.types import Pilot, Seer
 from glasshelm.ships import SHIPS, ShipParams, ship_named
 
 #: The rooms whose code decides what a voyage comes to.
@@ -27,12 +28,12 @@ _ROOMS = (
 
 @dataclasses.dataclass(frozen=True)
 class Entrant:
-    """A pilot on a ship. ``pilots`` holds one a training seed, in the order given."""
+    """A pilot, or a seer, on a ship. ``pilots`` holds one a training seed, in the order given."""
 
     name: str
     ship_name: str
     ship: ShipParams
-    pilots: tuple[Pilot, ...]
+    pilots: tuple[Pilot | Seer, ...]
 
     @property
     def weights(self) -> tuple[str, ...]:
@@ -54,7 +55,7 @@ def entrants(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[
         names = files.split(",") if equals else [text]
         if not label or not all(names):
             raise InputError(f"pilot {text!r}: write NAME=FILE,FILE,... or one name")
-        pilots = tuple(pilot_named(name) for name in names)
+        pilots = tuple(SEERS.get(name) or pilot_named(name) for name in names)
         name = label if equals else pilots[0].name
         for ship_name in _ships(name, pilots, ships):
             if any(e.name == name and e.ship_name == ship_name for e in found):
@@ -65,14 +66,14 @@ def entrants(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[
     return found
 
 
-def _ships(name: str, pilots: tuple[Pilot, ...], ships: Sequence[str]) -> Sequence[str]:
+def _ships(name: str, pilots: tuple[Pilot | Seer, ...], ships: Sequence[str]) -> Sequence[str]:
     own = {ship for pilot in pilots if (ship := ship_of(pilot)) is not None}
     if len(own) > 1:
         raise InputError(f"pilot {name!r}: its seeds were trained on {' and '.join(sorted(own))}")
     return sorted(own) or ships
 
 
-def ship_of(pilot: Pilot) -> str | None:
+def ship_of(pilot: Pilot | Seer) -> str | None:
     """The name of the preset ship that a pilot was made for; None if for any."""
     ship = pilot.trained.ship if isinstance(pilot, LearnedPilot) else getattr(pilot, "ship", None)
     if not isinstance(ship, ShipParams):
@@ -84,7 +85,7 @@ def ship_of(pilot: Pilot) -> str | None:
     raise InputError(f"pilot {pilot.name!r} is for a ship that is none of {', '.join(SHIPS)}")
 
 
-def digest_of(pilot: Pilot) -> str:
+def digest_of(pilot: Pilot | Seer) -> str:
     """What tells one pilot from another, whatever they are called: SHA-256 in hexadecimal."""
     if isinstance(pilot, LearnedPilot) and pilot.weights_sha256 is not None:
         return pilot.weights_sha256

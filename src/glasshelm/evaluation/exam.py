@@ -16,6 +16,7 @@ from glasshelm.evaluation.results import Sailed, gather
 from glasshelm.evaluation.suites.catalogue import suites_named
 from glasshelm.evaluation.timing import Timing, decision_time
 from glasshelm.evaluation.types import Suite
+from glasshelm.pilots.types import Seer
 
 #: Told of progress: what is being sailed, voyages done, voyages of all.
 Progress = Callable[[str, int, int], None]
@@ -76,7 +77,11 @@ def examine(
             suite = by_ship[entrant.ship_name][place]
             for seed in range(len(entrant.pilots)):
                 sailed.append(gather(suite, entrant, seed, parts[suite.name, number, seed]))
-    timings = [decision_time(e.name, e.ship_name, e.pilots[0], e.ship) for e in entrants]
+    timings = [
+        decision_time(e.name, e.ship_name, e.pilots[0], e.ship)
+        for e in entrants
+        if not isinstance(e.pilots[0], Seer)
+    ]
     return Examined(tuple(sailed), tuple(timings), Provenance(command, machine()))
 
 

@@ -14,10 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from glasshelm.evaluation.entrants import Entrant, code_digest, digest_of
-from glasshelm.evaluation.sail import sail
+from glasshelm.evaluation.sail import helm_for, sail
 from glasshelm.evaluation.types import Case, Suite
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
+from glasshelm.pilots.types import Pilot, Seer
 
 #: Worlds sailed at once.
 CHUNK = 500
@@ -37,7 +36,7 @@ class Job:
     entrant: int
     seed: int
     which: np.ndarray
-    pilot: Pilot
+    pilot: Pilot | Seer
     cases: Case
     steps: int
     key: str
@@ -79,7 +78,7 @@ def _key(told: str, cases: Case, steps: int) -> str:
 def done(job: Job) -> Found:
     """Sail a job's cases: its measures, without the cases that filled it up."""
     cases = jax.tree.map(jnp.asarray, job.cases)
-    measures = sail(Together(job.pilot), cases, job.steps)
+    measures = sail(helm_for(job.pilot, cases), cases, job.steps)
     count = len(job.which)
     return {name: value[:count] for name, value in _named(jax.device_get(measures), "")}
 

@@ -10,12 +10,11 @@ import numpy as np
 from glasshelm.encounters.types import TargetInfo
 from glasshelm.evaluation.jobs import CHUNK
 from glasshelm.evaluation.results import Sailed
-from glasshelm.evaluation.sail import SETTINGS, Place, retrace
+from glasshelm.evaluation.sail import SETTINGS, Place, helm_for, retrace
 from glasshelm.evaluation.types import Case
 from glasshelm.frames import Decision, Frame, Own, Target, Waypoint
 from glasshelm.framing import ship_part
 from glasshelm.geometry import Vector, closest_approach, direction, norm, to_body, velocity
-from glasshelm.pilots.together import Together
 from glasshelm.world.domain import danger
 
 
@@ -35,10 +34,10 @@ def replayed(one: Sailed, which: np.ndarray) -> Iterator[list[Frame]]:
         return
     worlds = max(min(CHUNK, one.suite.size), len(which))
     filled = np.resize(which, worlds)
-    cases = one.suite.take(filled)
+    cases = jax.tree.map(jnp.asarray, one.suite.take(filled))
     steps = int(np.asarray(cases.steps).max())
-    helm = Together(one.entrant.pilots[one.seed])
-    places = jax.device_get(retrace(helm, jax.tree.map(jnp.asarray, cases), steps))
+    helm = helm_for(one.entrant.pilots[one.seed], cases)
+    places = jax.device_get(retrace(helm, cases, steps))
     for k, number in enumerate(which):
         case = jax.tree.map(lambda x, k=k: x[k], cases)
         last = round(float(one.columns["time_s"][number]) / SETTINGS.step_s)

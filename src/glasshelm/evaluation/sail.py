@@ -15,7 +15,9 @@ from glasshelm.evaluation.types import Case
 from glasshelm.geometry import Vector, closest_approach, norm, velocity, wrap_angle
 from glasshelm.learning.reversals import Reversals
 from glasshelm.pilots.together import Together
-from glasshelm.ships import ShipState, advance
+from glasshelm.pilots.types import Pilot, Seer, Steersman
+from glasshelm.planning.clairvoyant import Known
+from glasshelm.ships import ShipState, advance, drifted
 from glasshelm.world.feed import feed
 from glasshelm.world.observe import Observation
 from glasshelm.world.step import (
@@ -88,7 +90,16 @@ class Place(eqx.Module):
 _Carry = tuple[Live, Any]
 
 
-def sail(helm: Together, cases: Case, steps: int) -> Measures:
+def helm_for(pilot: Pilot | Seer, cases: Case) -> Steersman:
+    """Who steers a batch of cases: a pilot by what he sees, a seer by all there is to know."""
+    if not isinstance(pilot, Seer):
+        return Together(pilot)
+    still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))
+    current = still if cases.disturbance is None else cases.disturbance.current_m_s
+    return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
+
+
+def sail(helm: Steersman, cases: Case, steps: int) -> Measures:
     """The measures of every case of a batch after its own number of steps, at most ``steps``.
 
     One program whatever the number of steps.
@@ -97,14 +108,14 @@ def sail(helm: Together, cases: Case, steps: int) -> Measures:
 
 
 @eqx.filter_jit
-def _sail(helm: Together, cases: Case, steps: Int[Array, ""]) -> Measures:
+def _sail(helm: Steersman, cases: Case, steps: Int[Array, ""]) -> Measures:
     start = _embark(helm, cases)
     live, _ = jax.lax.fori_loop(0, steps, lambda _, carry: _tick(helm, cases, carry)[0], start)
     return live.measures
 
 
 @eqx.filter_jit
-def retrace(helm: Together, cases: Case, steps: int) -> Place:
+def retrace(helm: Steersman, cases: Case, steps: int) -> Place:
     """The same voyages as places [steps + 1, cases], for drawing."""
 
     def go(carry: _Carry, _: None) -> tuple[_Carry, Place]:
@@ -116,12 +127,12 @@ def retrace(helm: Together, cases: Case, steps: int) -> Place:
     return jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), places, end)
 
 
-def _embark(helm: Together, cases: Case) -> _Carry:
+def _embark(helm: Steersman, cases: Case) -> _Carry:
     live = jax.vmap(embark)(cases)
     return live, helm.start(live.state.step.shape[0])
 
 
-def _tick(helm: Together, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
+def _tick(helm: Steersman, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
     """One step of all cases, and the rudders that were given."""
     live, memory = carry
     action, memory = helm(jax.vmap(seen)(cases, live), memory)
@@ -149,7 +160,7 @@ def proceed(case: Case, live: Live, action: Float[Array, ""]) -> Live:
     rudder = jnp.where(finite, jnp.clip(action, -1.0, 1.0), 0.0) * case.ship.rudder_limit_rad
     own = advance(live.state.own, rudder, case.ship, SETTINGS.step_s)
     if case.disturbance is not None:
-        own = _drifted(own, case.disturbance.current_m_s)
+        own = drifted(own, case.disturbance.current_m_s, SETTINGS.step_s)
     out = observe_step(case.encounter, live.state, own, case.ship, SETTINGS)
     picture = live.picture
     if case.disturbance is not None and picture is not None:
@@ -168,15 +179,6 @@ def place_of(case: Case, live: Live, action: Float[Array, ""]) -> Place:
     m = targets_at(case.encounter, live.state.step * SETTINGS.step_s)
     rudder = jnp.clip(action, -1.0, 1.0) * case.ship.rudder_limit_rad
     return Place(live.state.own, rudder, m.east_m, m.north_m, m.course_rad, m.speed_m_s, m.present)
-
-
-def _drifted(own: ShipState, current_m_s: Vector) -> ShipState:
-    run_s = SETTINGS.step_s
-    return eqx.tree_at(
-        lambda s: (s.east_m, s.north_m),
-        own,
-        (own.east_m + current_m_s.x * run_s, own.north_m + current_m_s.y * run_s),
-    )
 
 
 def _nothing(case: Case, state: WorldState) -> Measures:

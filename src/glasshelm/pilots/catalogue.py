@@ -3,21 +3,40 @@
 from pathlib import Path
 
 from glasshelm.errors import InputError
+from glasshelm.pilots.course import CoursePilot, Method
+from glasshelm.pilots.cpa import CPA
 from glasshelm.pilots.function import function_pilot
+from glasshelm.pilots.fuzzy import FUZZY
 from glasshelm.pilots.learned import LearnedPilot, read_pilot
-from glasshelm.pilots.planner import PlannerPilot
+from glasshelm.pilots.planner import PLANNER
+from glasshelm.pilots.potential import POTENTIAL
+from glasshelm.pilots.scenarios import SCENARIOS
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.types import Pilot
+from glasshelm.pilots.velocity import VELOCITY, VELOCITY_COLREGS
+from glasshelm.pilots.waypoint import WAYPOINT
 from glasshelm.ships import SHIPS, ship_named
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
-#: Pilots without weights.
+#: Ways of choosing courses (docs/pilots.md), each a pilot for each preset ship.
+METHODS: dict[str, Method] = {
+    "waypoint": WAYPOINT,
+    "cpa": CPA,
+    "vo": VELOCITY,
+    "vo-colregs": VELOCITY_COLREGS,
+    "apf": POTENTIAL,
+    "fuzzy": FUZZY,
+    "mpc": SCENARIOS,
+    "planner": PLANNER,
+}
+#: Pilots without weights, by name: ``straight``, and ``paper-cpa``, ``large-ship-planner``, …
 UNTRAINED: dict[str, Pilot] = {
     "straight": StraightPilot(),
     **{
-        name: PlannerPilot(ship, name)
-        for name, ship in ((f"{ship.replace('_', '-')}-planner", SHIPS[ship]) for ship in SHIPS)
+        name: CoursePilot(SHIPS[ship], name, method)
+        for kind, method in METHODS.items()
+        for ship, name in ((ship, f"{ship.replace('_', '-')}-{kind}") for ship in SHIPS)
     },
 }
 

@@ -4,6 +4,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from jaxtyping import Array, Float
 
+from glasshelm.planning.clairvoyant import Known
 from glasshelm.world.observe import Observation
 
 #: What a pilot carries from one decision to the next: any pytree, () for none.
@@ -30,4 +31,31 @@ class Pilot(Protocol):
 
     def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
         """The rudder as a fraction of the limit in [−1, 1], starboard positive; the new memory."""
+        ...
+
+
+@runtime_checkable
+class Steersman(Protocol):
+    """Who steers a batch of worlds that are in step with each other."""
+
+    def start(self, worlds: int) -> Memory:
+        """The memory of all before the first decision."""
+        ...
+
+    def __call__(self, seen: Observation, memory: Memory) -> tuple[Float[Array, " w"], Memory]:
+        """The rudders of all as fractions of the limit; the new memory."""
+        ...
+
+
+@runtime_checkable
+class Seer(Protocol):
+    """What cannot steer by what it sees: it must know each encounter beforehand."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        ...
+
+    def knowing(self, known: Known) -> Steersman:
+        """Who steers a batch of encounters, knowing all of each."""
         ...

@@ -114,8 +114,8 @@ def situation_of(seen: Observation, ship: ShipParams) -> Situation:
     )
 
 
-class _Ahead(eqx.Module):
-    """The imagined own ships, one a manoeuvre, and their returns so far."""
+class Ahead(eqx.Module):
+    """The imagined own ships, one a manoeuvre, and what each has earned (or cost) so far."""
 
     x: Float[Array, " c"]
     y: Float[Array, " c"]
@@ -139,15 +139,15 @@ def plan_course(
     offset, until, offset2, duration2 = table.T
     helm, tau = helm_of(ship), settings.step_s
 
-    def go(ahead: _Ahead, time: Float[Array, ""]) -> tuple[_Ahead, None]:
+    def go(ahead: Ahead, time: Float[Array, ""]) -> tuple[Ahead, None]:
         to_waypoint = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
         altered = jnp.where(time < until, offset, jnp.where(time < until + duration2, offset2, 0.0))
         course = jnp.where(altered == 0.0, to_waypoint, at.bearing_rad + altered)
-        moved = _sail(ahead, course, helm, ship, tau)
+        moved = sail_ahead(ahead, course, helm, ship, tau)
         return _value(moved, time + tau, at, ship, settings), None
 
     zero = jnp.zeros_like(offset)
-    start = _Ahead(zero, zero, zero, zero + at.rate_of_turn_rad_s, zero)
+    start = Ahead(zero, zero, zero, zero + at.rate_of_turn_rad_s, zero)
     times = jnp.arange(round(settings.horizon_s / tau), dtype=jnp.float32) * tau
     ahead, _ = jax.lax.scan(go, start, times)
     begins = jnp.where(until > 0, offset, 0.0)
@@ -157,9 +157,9 @@ def plan_course(
     return Plan(begins[jnp.argmax(values)], values, begins)
 
 
-def _sail(
-    ahead: _Ahead, course: Float[Array, " c"], helm: Helm, ship: ShipParams, tau: float
-) -> _Ahead:
+def sail_ahead(
+    ahead: Ahead, course: Float[Array, " c"], helm: Helm, ship: ShipParams, tau: float
+) -> Ahead:
     """One step towards a course: Eq. 6 exactly for a constant rudder, Eq. 7 by the midpoint."""
     rudder = helm.rudder_rad(wrap_angle(course - ahead.heading), ahead.rate)
     lag = ship.time_constant_s
@@ -168,7 +168,7 @@ def _sail(
     transient = ahead.rate - steady
     heading = ahead.heading + steady * tau + transient * lag * (1.0 - decay)
     run = velocity(0.5 * (ahead.heading + heading), ship.speed_m_s * tau)
-    return _Ahead(
+    return Ahead(
         ahead.x + run.x,
         ahead.y + run.y,
         heading,
@@ -178,12 +178,12 @@ def _sail(
 
 
 def _value(
-    ahead: _Ahead,
+    ahead: Ahead,
     time: Float[Array, ""],
     at: Situation,
     ship: ShipParams,
     settings: CourseSettings,
-) -> _Ahead:
+) -> Ahead:
     """The same ships with this step's reward (Eq. 17, and the danger smoothed) added."""
     to_waypoint = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
     reward = course_reward(wrap_angle(to_waypoint - ahead.heading))

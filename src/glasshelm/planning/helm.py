@@ -7,14 +7,16 @@ from jaxtyping import Array, Float
 
 from glasshelm.ships import ShipParams
 
+Number = float | Float[Array, ""]
+
 
 @dataclasses.dataclass(frozen=True)
 class Helm:
     """δ = P·(course error) − D·(rate of turn), within the limit."""
 
-    proportional: float
-    derivative_s: float
-    limit_rad: float
+    proportional: Number
+    derivative_s: Number
+    limit_rad: Number
 
     def rudder_rad(
         self, error_rad: Float[Array, "*b"], rate_of_turn_rad_s: Float[Array, "*b"]
@@ -35,10 +37,10 @@ def helm_of(ship: ShipParams) -> Helm:
     are −1/τ with P = T/(K·τ²) and D = (2·T/τ − 1)/K; τ is somewhat less than
     half of the ship's own T, a course error of 5° then asks for about full rudder.
     """
-    gain, lag = float(ship.gain_1_s), float(ship.time_constant_s)
-    tau = max(0.45 * lag, FASTEST_S)
+    gain, lag = ship.gain_1_s, ship.time_constant_s
+    tau = jnp.maximum(0.45 * lag, FASTEST_S)
     return Helm(
         lag / (gain * tau**2),
-        max((2.0 * lag / tau - 1.0) / gain, 0.0),
-        float(ship.rudder_limit_rad),
+        jnp.maximum((2.0 * lag / tau - 1.0) / gain, 0.0),
+        ship.rudder_limit_rad,
     )

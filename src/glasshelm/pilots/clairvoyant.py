@@ -1,0 +1,171 @@
+"""The clairvoyant planner: told whole encounters, it says how they had best been sailed.
+
+It is warm-started from what pilots do in each encounter and searches from there
+(:mod:`glasshelm.planning.clairvoyant`): once from the best of them in every
+encounter, and from each of them where somebody is still inside the domain.
+"""
+
+from functools import partial
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from glasshelm.pilots.catalogue import METHODS
+from glasshelm.pilots.course import CoursePilot, Method
+from glasshelm.pilots.together import Together
+from glasshelm.pilots.types import Pilot
+from glasshelm.planning.clairvoyant import (
+    Known,
+    Sailed,
+    SearchSettings,
+    as_sailed,
+    best_of,
+    improve_all,
+)
+from glasshelm.ships import SHIPS, ShipParams, advance, drifted
+from glasshelm.world.observe import Observation
+from glasshelm.world.step import WorldSettings, begin, observe_step
+
+#: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
+_CHUNK, _STEPS = 64, 240
+_WORLD = WorldSettings()
+
+
+class Playback(eqx.Module):
+    """Steers rudders [w, t] that were found before, as fractions of the limit."""
+
+    rudders: Float[Array, "w t"]
+
+    def start(self, worlds: int) -> Int[Array, ""]:
+        """Nothing steered yet; all worlds are in step."""
+        return jnp.zeros((), jnp.int32)
+
+    def __call__(
+        self, seen: Observation, memory: Int[Array, ""]
+    ) -> tuple[Float[Array, " w"], Int[Array, ""]]:
+        return self.rudders[:, memory], memory + 1
+
+
+class Clairvoyant(eqx.Module):
+    """No pilot but a seer (``pilots/types.py``): the limit of what pilots can do.
+
+    In no encounter is it worse than the best of ``pilots``, from whose voyages the search
+    begins. They were made for ``ship``; the true one is told with each encounter.
+    """
+
+    ship: ShipParams = eqx.field(static=True)
+    name: str = eqx.field(static=True)
+    pilots: tuple[Pilot, ...]
+    settings: SearchSettings = eqx.field(static=True, default=SearchSettings())
+    seed: int = eqx.field(static=True, default=0)
+
+    def knowing(self, known: Known) -> Playback:
+        """Who steers a batch of encounters as well as the search could find out.
+
+        What is there twice is searched once, and found alike whatever else is in the batch.
+        """
+        _, first, back = np.unique(_bytes(known), axis=0, return_index=True, return_inverse=True)
+        steps = -(-int(known.steps.max()) // _STEPS) * _STEPS
+        key = jax.random.key(self.seed)
+        parts = []
+        for begins in range(0, len(first), _CHUNK):
+            chosen = first[begins : begins + _CHUNK]
+            chunk = _take(known, np.resize(chosen, _CHUNK))
+            parts.append(_search(chunk, steps, self.settings, self.pilots, key)[: len(chosen)])
+        return Playback(jnp.asarray(np.concatenate(parts)[back.reshape(-1)]))
+
+
+def starting_pilots(ship: ShipParams) -> tuple[Pilot, ...]:
+    """Whose voyages the search begins from: the planner, rules, and courses kept to either side."""
+    methods = [METHODS[name] for name in ("planner", "mpc", "cpa", "waypoint")]
+    methods += [Method(_steady, float(np.radians(a))) for a in (-90, -45, 45, 90)]
+    return tuple(CoursePilot(ship, "start", method) for method in methods)
+
+
+def _steady(
+    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: float
+) -> Float[Array, ""]:
+    return jnp.full_like(offset_rad, settings)
+
+
+#: By name: ``paper-clairvoyant``, …
+SEERS = {
+    name: Clairvoyant(SHIPS[ship], name, starting_pilots(SHIPS[ship]))
+    for ship, name in ((ship, f"{ship.replace('_', '-')}-clairvoyant") for ship in SHIPS)
+}
+
+
+@partial(jax.jit, static_argnames="steps")
+def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
+    """The rudders of a pilot in each encounter, as fractions of the limit."""
+    helm, size = Together(pilot), known.steps.shape[0]
+
+    def proceed(known: Known, state, action: Float[Array, ""]):
+        rudder = action * known.ship.rudder_limit_rad
+        own = advance(state.own, rudder, known.ship, _WORLD.step_s)
+        own = drifted(own, known.current_m_s, _WORLD.step_s)
+        return observe_step(known.encounter, state, own, known.ship).state
+
+    def go(carry, _):
+        state, memory = carry
+        action, memory = helm(state.observation, memory)
+        return (jax.vmap(proceed)(known, state, action), memory), action
+
+    states = jax.vmap(lambda k: begin(k.encounter, k.ship))(known)
+    _, actions = jax.lax.scan(go, (states, helm.start(size)), None, length=steps)
+    return actions.T
+
+
+def _search(
+    chunk: Known, steps: int, settings: SearchSettings, pilots: tuple[Pilot, ...], key: Array
+) -> Float[np.ndarray, "w t"]:
+    """Rudders for ``_CHUNK`` encounters."""
+    starts = jnp.stack([record(p, chunk, steps) for p in pilots])
+    bases = _sailed(chunk, starts)
+    found = improve_all(chunk, _best(chunk, bases, settings), key, settings)
+    hard = np.flatnonzero(np.asarray(found.margin) > -settings.clear)
+    rudders = np.array(found.rudder_rad)
+    # All starts of all hard encounters, in batches of the same size as before.
+    jobs = [(w, m) for w in hard for m in range(len(pilots))]
+    best = {w: (_value(chunk, found, settings)[w], found.rudder_rad[w]) for w in hard}
+    for first in range(0, len(jobs), _CHUNK):
+        batch = jobs[first : first + _CHUNK]
+        w, m = np.resize(np.array(batch), (_CHUNK, 2)).T
+        base = jax.tree.map(lambda x, w=w, m=m: x[m, w], bases)
+        tried = improve_all(_take(chunk, w), base, jax.random.fold_in(key, 1), settings)
+        values = _value(_take(chunk, w), tried, settings)
+        for i, (world, _) in enumerate(batch):
+            if values[i] > best[world][0]:
+                best[world] = (values[i], tried.rudder_rad[i])
+    for world, (_, rudder) in best.items():
+        rudders[world] = rudder
+    return rudders / np.asarray(chunk.ship.rudder_limit_rad)[:, None]
+
+
+@jax.jit
+def _sailed(chunk: Known, starts: Float[Array, "m w t"]) -> Sailed:
+    one = jax.vmap(lambda k, r: as_sailed(k, r * k.ship.rudder_limit_rad))
+    return jax.vmap(lambda r: one(chunk, r))(starts)
+
+
+@partial(jax.jit, static_argnames="settings")
+def _best(chunk: Known, bases: Sailed, settings: SearchSettings) -> Sailed:
+    return jax.vmap(lambda k, b: best_of(b, k.ship, settings), in_axes=(0, 1))(chunk, bases)
+
+
+@partial(jax.jit, static_argnames="settings")
+def _value(chunk: Known, sailed: Sailed, settings: SearchSettings) -> Float[Array, " w"]:
+    return jax.vmap(lambda k, s: s.value(k.ship, settings))(chunk, sailed)
+
+
+def _bytes(known: Known) -> np.ndarray:
+    """Every encounter as a row of bytes."""
+    rows = [np.ascontiguousarray(np.asarray(leaf)) for leaf in jax.tree.leaves(known)]
+    return np.concatenate([row.reshape(len(row), -1).view(np.uint8) for row in rows], axis=1)
+
+
+def _take(tree, index):
+    return jax.tree.map(lambda x: x[index], tree)
