@@ -46,7 +46,7 @@ def clean(reports: Reports) -> tuple[Reports, tuple[str, ...]]:
             reports = reports.take(~bad)
 
     drop(_impossible(reports), "impossible position")
-    drop(_no_ship(reports.mmsi), "from a coast station or an aid to navigation, not a ship")
+    drop(no_ship(reports.mmsi), "from a coast station or an aid to navigation, not a ship")
     reports = _coded(reports, notes)
     late = _late(reports)
     order = np.lexsort((reports.time_s, reports.mmsi))
@@ -64,7 +64,7 @@ def _impossible(r: Reports) -> np.ndarray:
     return ~possible | ((r.latitude_deg == 0) & (r.longitude_deg == 0))
 
 
-def _no_ship(mmsi: np.ndarray) -> np.ndarray:
+def no_ship(mmsi: np.ndarray) -> np.ndarray:
     """Coast stations (00MIDxxxx, MID 200-799) and aids to navigation (99...).
 
     Smaller numbers pass: anonymised data count their ships from 1, and 0 is own sensors.

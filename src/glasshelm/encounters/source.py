@@ -47,7 +47,7 @@ def scenario_from(
     unknown source says what is possible.
     """
     source = source.strip()
-    kind, _, rest = source.partition(":")
+    kind = source.partition(":")[0]
     if source in BUNDLED:
         file, default_own = BUNDLED[source]
         with as_file(files("glasshelm") / "data" / file) as path:
@@ -57,13 +57,23 @@ def scenario_from(
     path = Path(source)
     if kind in (*FAMILIES, "imazu") and not path.exists():
         _only_recorded(source, own, at)
-        return imazu_scenario(rest, ship) if kind == "imazu" else _random(kind, rest, ship)
+        return generated(source, ship)
     if not path.is_file():
         raise InputError(f"no source {source!r} (nor such a file): choose {SOURCES}")
     if _is_json(path):
         _only_recorded(source, own, at)
         return read_situation(path, ship)
     return recorded_scenario(path, ship, own, at, settings)
+
+
+def generated(source: str, ship: ShipParams) -> Scenario:
+    """The scenario of a generator (``random:7``, ``imazu:8b``); no file is ever looked at."""
+    kind, _, rest = source.partition(":")
+    if kind == "imazu":
+        return imazu_scenario(rest, ship)
+    if kind not in FAMILIES:
+        raise InputError(f"no source {source!r}: choose {', '.join((*FAMILIES, 'imazu'))}")
+    return _random(kind, rest, ship)
 
 
 def _random(family: str, rest: str, ship: ShipParams) -> Scenario:

@@ -1,0 +1,1 @@
+"""Live traffic: AIS, NMEA 0183 and Signal K as reports, and the picture that they make together."""

@@ -1,0 +1,48 @@
+"""Where own ship is going, when no route is known: straight on, for as long as she means it."""
+
+import math
+
+import numpy as np
+
+from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.random import PAPER, WIDE
+
+#: The assumed waypoint lies so far ahead [m], as in the paper, ...
+AHEAD_M = PAPER.waypoint_m[1]
+#: ... and is set anew when own ship is nearer to it than any that the pilots were trained on, ...
+NEAR_M = WIDE.waypoint_m[0]
+#: ... or has steered another course than towards it, by this angle, ...
+OFF_COURSE_RAD = math.radians(20)
+#: ... for so long [s]: an evasive manoeuvre of some minutes is no new destination.
+MEANT_S = 600.0
+
+
+class Destination:
+    """A waypoint ahead of own ship, kept on the globe."""
+
+    def __init__(self) -> None:
+        self._place: tuple[float, float] | None = None
+        self._on_course_s = -math.inf
+
+    def waypoint(
+        self, plane: Plane, east_m: float, north_m: float, course_rad: float, now_s: float
+    ) -> tuple[float, float]:
+        """The waypoint (east and north [m]) of own ship at a place of the plane, on a course."""
+        if self._place is not None:
+            east, north = (float(x[0]) for x in plane.to_plane(*_arrays(*self._place)))
+            away = math.hypot(east - east_m, north - north_m)
+            bearing = math.atan2(east - east_m, north - north_m)
+            off = abs((bearing - course_rad + math.pi) % math.tau - math.pi)
+            if off <= OFF_COURSE_RAD or now_s < self._on_course_s:
+                self._on_course_s = now_s
+            if NEAR_M < away < 2 * AHEAD_M and now_s - self._on_course_s <= MEANT_S:
+                return east, north
+        east = east_m + AHEAD_M * math.sin(course_rad)
+        north = north_m + AHEAD_M * math.cos(course_rad)
+        latitude, longitude = plane.to_globe(*_arrays(east, north))
+        self._place, self._on_course_s = (float(latitude[0]), float(longitude[0])), now_s
+        return east, north
+
+
+def _arrays(x: float, y: float) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([x]), np.array([y])

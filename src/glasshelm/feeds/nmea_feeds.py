@@ -1,0 +1,182 @@
+"""NMEA 0183 from where it comes: a TCP server, UDP datagrams, a file."""
+
+import asyncio
+import gzip
+import math
+import zlib
+from collections.abc import AsyncIterator, Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from glasshelm.errors import InputError
+from glasshelm.feeds.again import Backoff
+from glasshelm.feeds.lines import Lines
+from glasshelm.feeds.nmea import NmeaReader
+from glasshelm.feeds.types import Counts, Refusal, Report
+
+#: A TCP server that is silent for so long [s] is taken for gone, and connected to again.
+SILENT_S = 120.0
+#: An attempt to connect is given up after so long [s].
+CONNECT_S = 10.0
+#: Datagrams that may wait to be read.
+MOST_DATAGRAMS = 4096
+_PIECE = 65536
+
+
+class TcpFeed:
+    """A client of an NMEA server (receiver, multiplexer, plotter)."""
+
+    def __init__(self, host: str, port: int, own: str | None = None):
+        self.title = f"NMEA 0183 from {host}:{port} (TCP)"
+        self.counts = Counts()
+        self.connected = False
+        self.trouble: str | None = None
+        self._address = (host, port)
+        self._own = own
+
+    async def reports(self) -> AsyncIterator[Report]:
+        """The reports as they come; connects again until it is cancelled."""
+        backoff = Backoff()
+        while True:
+            try:
+                opening = asyncio.open_connection(*self._address)
+                stream, writer = await asyncio.wait_for(opening, CONNECT_S)
+            except OSError as error:  # asyncio's TimeoutError is one
+                self.trouble = f"{self.title}: {_reason(error)}"
+                await backoff.wait()
+                continue
+            self.connected, self.trouble = True, None
+            reader, lines = NmeaReader(self.counts, live=True, own=self._own), Lines()
+            try:
+                while piece := await self._piece(stream):
+                    backoff.succeeded()
+                    for report in reader.read(lines.feed(piece)):
+                        yield report
+                    await asyncio.sleep(0)  # a fast sender leaves time for others
+                for report in reader.read(lines.end()):
+                    yield report
+            finally:
+                self.connected = False
+                reader.end()
+                writer.close()
+            await backoff.wait()
+
+    async def _piece(self, stream: asyncio.StreamReader) -> bytes:
+        """What comes next; nothing when the connection is over."""
+        try:
+            piece = await asyncio.wait_for(stream.read(_PIECE), SILENT_S)
+        except OSError as error:
+            self.trouble = f"{self.title}: {_reason(error)}"
+            return b""
+        if not piece:
+            self.trouble = f"{self.title}: the server closed the connection"
+        return piece
+
+
+class UdpFeed:
+    """Listens for datagrams of one or more lines, from anybody who sends to the port."""
+
+    def __init__(self, host: str, port: int, own: str | None = None):
+        self.title = f"NMEA 0183 on {host}:{port} (UDP)"
+        self.counts = Counts()
+        self.connected = False
+        self.trouble: str | None = None
+        self._address = (host, port)
+        self._own = own
+
+    async def reports(self) -> AsyncIterator[Report]:
+        """The reports as they come. InputError if the port cannot be listened on."""
+        datagrams: asyncio.Queue[bytes] = asyncio.Queue(MOST_DATAGRAMS)
+        try:
+            transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+                lambda: _Listener(datagrams, self.counts), local_addr=self._address
+            )
+        except OSError as error:
+            raise InputError(f"{self.title}: cannot listen: {_reason(error)}") from None
+        reader = NmeaReader(self.counts, live=True, own=self._own)
+        self.connected = True
+        try:
+            while True:
+                for report in reader.read(_lines_of(await datagrams.get())):
+                    yield report
+                await asyncio.sleep(0)
+        finally:
+            self.connected = False
+            transport.close()
+            reader.end()
+
+
+class _Listener(asyncio.DatagramProtocol):
+    def __init__(self, datagrams: asyncio.Queue[bytes], counts: Counts):
+        self._datagrams, self._counts = datagrams, counts
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        try:
+            self._datagrams.put_nowait(data)
+        except asyncio.QueueFull:
+            lost = sum(1 for _ in _lines_of(data))
+            self._counts.heard += lost
+            self._counts.refuse(Refusal.OVERRUN, lost)
+
+
+class FileFeed:
+    """A file of NMEA (plain or .gz) played at the times of its tag blocks, or of its RMC.
+
+    ``pace`` is how many seconds of the file pass in one; it may be changed while
+    playing, and ``inf`` does not wait at all.
+    """
+
+    def __init__(self, path: Path, own: str | None = None, pace: float = 1.0):
+        self.title = f"NMEA 0183 from {path.name}"
+        self.counts = Counts()
+        self.connected = False
+        self.trouble: str | None = None
+        self.pace = pace
+        self._path, self._own = path, own
+
+    async def reports(self) -> AsyncIterator[Report]:
+        """The reports when their time comes. InputError if the file cannot be read."""
+        reader = NmeaReader(self.counts, live=False, own=self._own)
+        played: datetime | None = None
+        self.connected = True
+        try:
+            for lines in self._lines():
+                for report in reader.read(lines):
+                    if played is not None and report.time > played:
+                        await self._pass((report.time - played).total_seconds())
+                    played = report.time if played is None else max(played, report.time)
+                    yield report
+                await asyncio.sleep(0)
+        finally:
+            self.connected = False
+            reader.end()
+
+    async def _pass(self, seconds: float) -> None:
+        """Let so many seconds of the file go by, in steps, so that a new pace is soon felt."""
+        while seconds > 0 and math.isfinite(self.pace):
+            step = min(seconds, 0.5 * self.pace)
+            await asyncio.sleep(step / self.pace)
+            seconds -= step
+
+    def _lines(self) -> Iterator[Iterator[bytes]]:
+        """The lines of the file, piece by piece."""
+        lines = Lines()
+        try:
+            zipped = self._path.suffix.lower() == ".gz"
+            with gzip.open(self._path) if zipped else self._path.open("rb") as file:
+                while piece := file.read(_PIECE):
+                    yield lines.feed(piece)
+        except (OSError, EOFError, zlib.error) as error:
+            raise InputError(f"{self._path}: cannot be read ({_reason(error)})") from None
+        yield lines.end()
+
+
+def _lines_of(datagram: bytes) -> Iterator[bytes]:
+    return (line for line in datagram.replace(b"\r", b"\n").split(b"\n") if line.strip())
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, TimeoutError):
+        return "nothing comes"
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__

@@ -1,0 +1,150 @@
+"""Own ship's sensors in NMEA 0183: what each sentence says of her motion, in SI units.
+
+Fields as in IEC 61162-1. A sentence whose own status says "not valid" tells nothing.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from glasshelm.ships import KNOT_M_S
+
+Fields = Sequence[str]
+Said = dict[str, Any]
+
+
+def own_said(kind: str, fields: Fields) -> Said | None:
+    """What a sentence says, as the fields of a Report; None for a kind that is not used.
+
+    ``fields`` begin after the sentence's name. Empty if every value is not
+    available. ValueError or IndexError if they cannot be read.
+    """
+    reader = _READERS.get(kind)
+    if reader is None:
+        return None
+    return {name: value for name, value in reader(fields).items() if value is not None}
+
+
+def checksum_of(body: bytes) -> int:
+    """The exclusive or of the characters between ``$`` and ``*``."""
+    total = 0
+    for byte in body:
+        total ^= byte
+    return total
+
+
+def _rmc(f: Fields) -> Said:
+    """time, status, lat, N/S, lon, E/W, speed [kn], course [°], date, …, mode"""
+    if f[1] != "A" or (len(f) > 11 and f[11] in ("N", "S", "E")):  # S, E: simulated, estimated
+        return {}
+    return _position(f[2:6]) | {
+        "speed_m_s": _scaled(f[6], KNOT_M_S),
+        "course_rad": _angle(f[7]),
+        "time": _date_time(f[8], f[0]),
+    }
+
+
+def _gll(f: Fields) -> Said:
+    """lat, N/S, lon, E/W, time, status"""
+    return _position(f[0:4]) if f[5] == "A" else {}
+
+
+def _gga(f: Fields) -> Said:
+    """time, lat, N/S, lon, E/W, quality"""
+    return {} if f[5] in ("", "0", "6", "7", "8") else _position(f[1:5])
+
+
+def _vtg(f: Fields) -> Said:
+    """course [°], T, magnetic, M, speed [kn], N, speed [km/h], K"""
+    speed = _scaled(f[4], KNOT_M_S)
+    return {
+        "course_rad": _angle(f[0]),
+        "speed_m_s": _scaled(f[6], 1 / 3.6) if speed is None and len(f) > 6 else speed,
+    }
+
+
+def _hdt(f: Fields) -> Said:
+    """heading [°], T"""
+    return {"heading_rad": _angle(f[0])}
+
+
+def _hdg(f: Fields) -> Said:
+    """heading by compass [°], deviation [°], E/W, variation [°], E/W; true only with the latter"""
+    heading, variation = _scaled(f[0], 1.0), _scaled(f[3], 1.0)
+    if heading is None or variation is None:
+        return {}
+    east = {"E": 1, "W": -1}
+    deviation = (_scaled(f[1], 1.0) or 0.0) * east.get(f[2], 0)
+    return {"heading_rad": math.radians((heading + deviation + variation * east[f[4]]) % 360.0)}
+
+
+def _ths(f: Fields) -> Said:
+    """heading [°], mode (A: autonomous)"""
+    return {"heading_rad": _angle(f[0])} if f[1] == "A" else {}
+
+
+def _rot(f: Fields) -> Said:
+    """rate of turn [°/min, + starboard], status"""
+    return {"rate_of_turn_rad_s": _scaled(f[0], math.pi / 180 / 60)} if f[1] == "A" else {}
+
+
+def _rsa(f: Fields) -> Said:
+    """starboard or single rudder [°, + starboard], status, port rudder, status"""
+    return {"rudder_rad": _scaled(f[0], math.pi / 180)} if f[1] == "A" else {}
+
+
+_READERS: dict[str, Callable[[Fields], Said]] = {
+    "RMC": _rmc,
+    "GLL": _gll,
+    "GGA": _gga,
+    "VTG": _vtg,
+    "HDT": _hdt,
+    "HDG": _hdg,
+    "THS": _ths,
+    "ROT": _rot,
+    "RSA": _rsa,
+}
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text}: no number")
+    return value
+
+
+def _scaled(text: str, unit: float) -> float | None:
+    return _number(text) * unit if text else None
+
+
+def _angle(text: str) -> float | None:
+    return math.radians(_number(text) % 360.0) if text else None
+
+
+def _position(f: Fields) -> Said:
+    if not f[0] or not f[2]:
+        return {}
+    return {
+        "latitude_deg": _degrees(f[0], 2) * {"N": 1, "S": -1}[f[1]],
+        "longitude_deg": _degrees(f[2], 3) * {"E": 1, "W": -1}[f[3]],
+    }
+
+
+def _degrees(text: str, digits: int) -> float:
+    """``ddmm.mm`` or ``dddmm.mm`` in degrees."""
+    minutes = _number(text[digits:])
+    if not 0 <= minutes < 60:
+        raise ValueError(f"{text}: no minutes")
+    return int(text[:digits]) + minutes / 60
+
+
+def _date_time(date: str, time: str) -> datetime | None:
+    """``ddmmyy`` and ``hhmmss.ss``; the years 80 to 99 are of the last century."""
+    if not date or not time:
+        return None
+    year = int(date[4:6])
+    day = datetime(
+        year + (1900 if year >= 80 else 2000), int(date[2:4]), int(date[0:2]), tzinfo=UTC
+    )
+    return day + timedelta(hours=int(time[0:2]), minutes=int(time[2:4]), seconds=float(time[4:]))

@@ -1,0 +1,30 @@
+"""Whether a report can be of a ship at all."""
+
+import math
+
+from glasshelm.encounters.ais_clean import FASTEST_KN
+from glasshelm.feeds.types import Report
+from glasshelm.ships import KNOT_M_S
+
+#: Nearer to the poles no course is a direction of a plane [deg].
+HIGHEST_LATITUDE_DEG = 89.0
+#: No ship is longer or broader [m] than AIS can tell.
+LONGEST_M = 1022.0
+LONGEST_ID = 100
+
+
+def possible(r: Report) -> bool:
+    """Numbers that are numbers, a place on the globe (not the void 0°, 0°), a ship's speed."""
+    if not 0 < len(r.id) <= LONGEST_ID or (r.latitude_deg is None) != (r.longitude_deg is None):
+        return False
+    latitude, longitude = r.latitude_deg, r.longitude_deg
+    if latitude is not None and longitude is not None:
+        on_globe = abs(latitude) <= HIGHEST_LATITUDE_DEG and abs(longitude) <= 180.0
+        if not on_globe or (latitude == 0 and longitude == 0):
+            return False
+    if r.speed_m_s is not None and not 0 <= r.speed_m_s <= FASTEST_KN * KNOT_M_S:
+        return False
+    if not all(size is None or 0 <= size <= LONGEST_M for size in (r.length_m, r.beam_m)):
+        return False
+    angles = (r.course_rad, r.heading_rad, r.rate_of_turn_rad_s, r.rudder_rad)
+    return all(angle is None or (math.isfinite(angle) and abs(angle) < 100) for angle in angles)

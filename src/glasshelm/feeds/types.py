@@ -1,0 +1,106 @@
+"""What every feed of live traffic gives: reports, and how much of what it heard became of use.
+
+The rest of the room: ``source.feed_from`` makes a feed of a string, ``picture.Picture``
+takes the reports and makes a scenario of them, ``write_back.WriteBack`` tells Signal K.
+"""
+
+from collections.abc import AsyncIterator
+from datetime import datetime
+from enum import StrEnum
+from typing import Protocol, runtime_checkable
+
+import msgspec
+
+
+class Report(msgspec.Struct, frozen=True, kw_only=True):
+    """One thing heard of one ship. SI units, angles clockwise from true north, starboard positive.
+
+    ``id`` is her MMSI or URN. ``time`` (UTC) is the time of the *stream*: for a
+    recording played again it lies in the past. What the source does not say
+    is ``None``: a report may hold identity alone (AIS types 5 and 24), or a heading
+    alone (HDT). ``own``: of own ship, from her AIVDO, her sensors or the Signal K server's self.
+    """
+
+    id: str
+    time: datetime
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    course_rad: float | None = None
+    speed_m_s: float | None = None
+    heading_rad: float | None = None
+    rate_of_turn_rad_s: float | None = None
+    rudder_rad: float | None = None
+    name: str | None = None
+    length_m: float | None = None
+    beam_m: float | None = None
+    kind: str | None = None
+    own: bool = False
+
+
+class Refusal(StrEnum):
+    """Why something heard was of no use. A fixed set: no input can make it grow."""
+
+    TOO_LONG = "longer than any sentence or message may be"
+    UNREADABLE = "not of the form of a sentence or message"
+    CHECKSUM = "checksum wrong"
+    UNDECODABLE = "contents cannot be decoded"
+    PART_MISSING = "part of a message whose other parts did not come"
+    UNUSED = "of a kind that is not used"
+    NO_TIME = "without a time, in a recording"
+    NO_SHIP = "of a coast station, an aid to navigation or an aircraft"
+    NOTHING_TOLD = "every value not available"
+    IMPOSSIBLE = "impossible values"
+    LATE = "older than what was heard before"
+    REPEATED = "a repeat of what was heard before"
+    JUMP = "a jump in position or course"
+    TIME_JUMP = "a jump in the time of the stream"
+    OVERRUN = "come faster than they were read"
+
+
+class Counts:
+    """How much was heard, understood and refused, by reason.
+
+    A feed counts sentences (NMEA) or messages (Signal K); a picture counts reports.
+    ``heard`` is counted on arrival, the rest when it is decided, so that at any time
+    ``heard == understood + sum(refused.values()) + waiting``; what waits are the
+    parts of messages not yet complete, and none are left when a feed has ended.
+    """
+
+    def __init__(self) -> None:
+        self.heard = 0
+        self.understood = 0
+        self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
+
+    @property
+    def waiting(self) -> int:
+        """What is heard and not yet decided."""
+        return self.heard - self.understood - sum(self.refused.values())
+
+    def refuse(self, why: Refusal, count: int = 1) -> None:
+        """Count ``count`` of those heard as refused."""
+        self.refused[why] += count
+
+    def sentence(self) -> str:
+        """For people: ``"12 heard, 9 understood; 3 checksum wrong"``."""
+        parts = [f"{count} {why}" for why, count in self.refused.items() if count]
+        return "; ".join([f"{self.heard} heard, {self.understood} understood", *parts])
+
+
+@runtime_checkable
+class Feed(Protocol):
+    """A source of reports.
+
+    ``connected``: something is at the other end (for UDP: the port is open);
+    ``trouble``: one line about why it is not, or was not the last time.
+    ``reports`` runs until it is cancelled or closed (``aclose``), and connects again by
+    itself, waiting longer each time; only a file comes to an end. A feed is run once.
+    """
+
+    title: str
+    counts: Counts
+    connected: bool
+    trouble: str | None
+
+    def reports(self) -> AsyncIterator[Report]:
+        """The reports as they come. ``async for report in feed.reports(): ...``."""
+        ...

@@ -1,0 +1,208 @@
+"""What is known of one ship: her latest believable report, and whether the next one is.
+
+The limits are those by which recorded traffic is cleaned (``encounters/ais_clean``), held
+against one report at a time as it comes.
+"""
+
+import dataclasses
+import math
+from collections import deque
+
+from glasshelm.encounters.ais_clean import (
+    AGREEING,
+    BASELINE_S,
+    FASTEST_KN,
+    POSITION_ERROR_M,
+    REPEAT_S,
+    SHORT_WAY_M,
+    STALE_S,
+)
+from glasshelm.encounters.candidates import UNDER_WAY_KN
+from glasshelm.feeds.types import Refusal, Report
+from glasshelm.ships import KNOT_M_S
+
+#: No ship turns faster: the highest rate that an AIS report can tell, 708°/min ...
+FASTEST_TURN_RAD_S = math.radians(708 / 60)
+#: ... beyond the error of two courses. Below 3 kn a course is noise, and not looked at.
+COURSE_ERROR_RAD = math.radians(40)
+#: A speed or course belongs to a position that is at most this much older or younger [s].
+TOGETHER_S = 60.0
+#: Names are cut to so many characters (AIS has 20).
+LONGEST_NAME = 64
+
+_EARTH_M = 6_371_000.0
+_FASTEST_M_S = FASTEST_KN * KNOT_M_S
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Fix:
+    """A position at a time [s since 1970], with what was said of her motion there."""
+
+    time_s: float
+    latitude_deg: float
+    longitude_deg: float
+    course_rad: float | None = None
+    speed_m_s: float | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Value:
+    """A number and when it was said [s since 1970]."""
+
+    value: float
+    time_s: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Motion:
+    """Course and speed over ground."""
+
+    course_rad: float
+    speed_m_s: float
+
+
+class Vessel:
+    """One ship, from her reports in the order in which they come. Bounded in memory."""
+
+    def __init__(self, number: str):
+        self.id = number
+        self.name: str | None = None
+        self.length_m: float | None = None
+        self.beam_m: float | None = None
+        self.kind: str | None = None
+        self.fix: Fix | None = None
+        self.heading: Value | None = None
+        self.rate_of_turn: Value | None = None
+        self.rudder: Value | None = None
+        #: When anything at all was last heard of her [s since 1970].
+        self.heard_s = -math.inf
+        #: How many of her positions were beside own ship, and whether one was not (``echo``).
+        self.beside = 0
+        self.apart = False
+        self._course: Value | None = None
+        self._speed: Value | None = None
+        self._waiting: list[Fix] = []
+        self._before: deque[Fix] = deque(maxlen=2)
+
+    def identify(self, r: Report, time_s: float) -> None:
+        """Note who she is."""
+        self.name = r.name[:LONGEST_NAME] if r.name else self.name
+        self.kind = r.kind[:LONGEST_NAME] if r.kind else self.kind
+        self.length_m = r.length_m or self.length_m
+        self.beam_m = r.beam_m or self.beam_m
+        self.heard_s = max(self.heard_s, time_s)
+
+    def take(self, r: Report, time_s: float) -> Refusal | None:
+        """Note where she is and how she moves, or say why that is not believed."""
+        if r.latitude_deg is not None and r.longitude_deg is not None:
+            fix = Fix(time_s, r.latitude_deg, r.longitude_deg, r.course_rad, r.speed_m_s)
+            refused = self._place(fix)
+            if refused is not None:
+                return refused
+        self._course = _later(self._course, r.course_rad, time_s)
+        self._speed = _later(self._speed, r.speed_m_s, time_s)
+        self.heading = _later(self.heading, r.heading_rad, time_s)
+        self.rate_of_turn = _later(self.rate_of_turn, r.rate_of_turn_rad_s, time_s)
+        self.rudder = _later(self.rudder, r.rudder_rad, time_s)
+        self.heard_s = max(self.heard_s, time_s)
+        return None
+
+    def motion(self) -> Motion | None:
+        """Her motion at her latest position; None if nothing tells a speed.
+
+        What is not said is taken from the positions; a course that these do not
+        give is the last one said, her heading, or 0 for a ship that lies still.
+        """
+        fix = self.fix
+        if fix is None:
+            return None
+        before = self._earlier(fix)
+        east, north = (0.0, 0.0) if before is None else way_m(before, fix)
+        way = math.hypot(east, north)
+        if before is not None and not _near(self._speed, fix):
+            speed = way / (fix.time_s - before.time_s)
+        elif self._speed is not None:
+            speed = self._speed.value
+        else:
+            return None
+        if way >= SHORT_WAY_M and not _near(self._course, fix):
+            return Motion(math.atan2(east, north) % math.tau, speed)
+        said = self._course or self.heading
+        return Motion(said.value if said else 0.0, speed)
+
+    def _earlier(self, fix: Fix) -> Fix | None:
+        """The latest position from which motion to ``fix`` can be taken."""
+        for before in reversed(self._before):
+            if BASELINE_S <= fix.time_s - before.time_s <= STALE_S:
+                return before
+        return None
+
+    def _place(self, fix: Fix) -> Refusal | None:
+        """Move her to a new position if she can be there.
+
+        A position or course that she cannot have reached waits; when
+        ``AGREEING`` such reports agree, they are believed.
+        """
+        last = self.fix
+        if last is not None:
+            if fix.time_s < last.time_s:
+                return Refusal.LATE
+            if _repeats(last, fix):
+                return Refusal.REPEATED
+            if not follows(last, fix):
+                if self._waiting and not follows(self._waiting[-1], fix):
+                    self._waiting = []
+                self._waiting.append(fix)
+                if len(self._waiting) < AGREEING:
+                    return Refusal.JUMP
+                self._before.clear()
+        self._waiting = []
+        self.fix = fix
+        if not self._before or fix.time_s - self._before[-1].time_s >= BASELINE_S:
+            self._before.append(fix)
+        return None
+
+
+def way_m(a: Fix, b: Fix) -> tuple[float, float]:
+    """East and north [m] from one position to another, near enough together to be a plane."""
+    turn = (b.longitude_deg - a.longitude_deg + 180.0) % 360.0 - 180.0
+    middle = math.radians(0.5 * (a.latitude_deg + b.latitude_deg))
+    return (
+        math.radians(turn) * math.cos(middle) * _EARTH_M,
+        math.radians(b.latitude_deg - a.latitude_deg) * _EARTH_M,
+    )
+
+
+def follows(a: Fix, b: Fix) -> bool:
+    """Whether a ship that was at ``a`` can be at ``b`` and on its course."""
+    gap = abs(b.time_s - a.time_s)
+    if math.hypot(*way_m(a, b)) > _FASTEST_M_S * gap + POSITION_ERROR_M:
+        return False
+    if a.course_rad is None or b.course_rad is None:
+        return True
+    if min(a.speed_m_s or 0.0, b.speed_m_s or 0.0) < UNDER_WAY_KN * KNOT_M_S:
+        return True
+    turned = abs((b.course_rad - a.course_rad + math.pi) % math.tau - math.pi)
+    return turned <= FASTEST_TURN_RAD_S * gap + COURSE_ERROR_RAD
+
+
+def _repeats(a: Fix, b: Fix) -> bool:
+    """The same report again: at the same time, or with the same contents at once."""
+    gap = b.time_s - a.time_s
+    same = (a.latitude_deg, a.longitude_deg, a.speed_m_s) == (
+        b.latitude_deg,
+        b.longitude_deg,
+        b.speed_m_s,
+    )
+    return gap == 0 or (gap < REPEAT_S and same)
+
+
+def _near(value: Value | None, fix: Fix) -> bool:
+    return value is not None and abs(value.time_s - fix.time_s) <= TOGETHER_S
+
+
+def _later(known: Value | None, value: float | None, time_s: float) -> Value | None:
+    """The newer of two values."""
+    if value is None or (known is not None and time_s < known.time_s):
+        return known
+    return Value(value, time_s)

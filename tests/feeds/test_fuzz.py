@@ -1,0 +1,131 @@
+"""Nothing that is heard does harm, and nothing that is heard is lost: each one is counted."""
+
+import json
+import random
+from datetime import datetime
+
+import pytest
+from benchmarks.feeds_fuzz import (
+    lines,
+    messages,
+    nmea,
+    nmea_trial,
+    recording,
+    signalk,
+    signalk_trial,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+from glasshelm.feeds.deltas import DeltaReader
+from glasshelm.feeds.nmea import NmeaReader
+from glasshelm.feeds.picture import Picture
+from glasshelm.feeds.types import Counts, Refusal, Report
+from glasshelm.ships import SHIPS
+
+COUNT = 3000
+
+
+@pytest.mark.parametrize(
+    ("trial", "given_"),
+    [
+        (nmea_trial, lambda chance: lines(COUNT, chance, list(nmea(recording())))),
+        (signalk_trial, lambda chance: messages(COUNT, chance, list(signalk(recording())))),
+    ],
+)
+def test_mangled_traffic_is_counted_each_one(trial, given_):
+    counts, picture = trial(list(given_(random.Random(7))))
+    assert counts.heard == COUNT
+    assert counts.heard == counts.understood + sum(counts.refused.values())
+    assert counts.understood > COUNT / 4
+    assert sum(n > 0 for n in counts.refused.values()) >= 4
+    reports = picture.counts
+    assert reports.heard == reports.understood + sum(reports.refused.values())
+    assert len(picture) > 20
+
+
+@given(st.lists(st.binary(max_size=100).filter(lambda b: b.strip()), max_size=5))
+def test_any_bytes_as_lines(given_):
+    counts = Counts()
+    reader = NmeaReader(counts, live=True)
+    for line in given_:
+        reader.line(line)
+    reader.end()
+    assert counts.heard == len(given_)
+    assert counts.waiting == 0
+
+
+json_ = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=10),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=8,
+)
+paths = st.sampled_from(
+    ["", "navigation.position", "navigation.speedOverGround", "design.length", "x", "steering."]
+)
+
+
+@given(
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "context": st.sampled_from(["vessels.self", "vessels.", "shore.x", "", 5]) | json_,
+            "updates": st.lists(
+                st.fixed_dictionaries(
+                    {},
+                    optional={
+                        "timestamp": st.datetimes().map(str) | json_,
+                        "values": st.lists(st.fixed_dictionaries({"path": paths, "value": json_})),
+                    },
+                ),
+                max_size=3,
+            ),
+            "self": json_,
+        },
+    )
+)
+def test_any_tree_as_signal_k(tree):
+    counts = Counts()
+    picture = Picture()
+    for report in DeltaReader(counts).message(json.dumps(tree)):
+        picture.take(report)
+    assert counts.heard == 1
+    assert counts.waiting == 0
+    assert picture.counts.waiting == 0
+
+
+number = st.none() | st.floats() | st.floats(-7, 7)
+degrees = st.none() | st.floats() | st.floats(-180, 180)
+
+
+@given(
+    st.lists(
+        st.builds(
+            Report,
+            id=st.sampled_from(["1", "2", "own", ""]) | st.text(max_size=5),
+            time=st.datetimes() | st.just(datetime(2014, 8, 15)),
+            latitude_deg=degrees,
+            longitude_deg=degrees,
+            course_rad=number,
+            speed_m_s=number,
+            heading_rad=number,
+            rate_of_turn_rad_s=number,
+            rudder_rad=number,
+            length_m=number,
+            name=st.none() | st.text(max_size=100),
+            own=st.booleans(),
+        ),
+        max_size=6,
+    ),
+    st.datetimes(),
+)
+def test_any_reports_make_a_picture(reports, now):
+    picture = Picture(slots=4)
+    for report in reports:
+        assert isinstance(picture.take(report), Refusal | None)
+    assert picture.counts.heard == len(reports)
+    assert picture.counts.waiting == 0
+    assert "\n" not in picture.state(now)
+    for when in (now, picture.heard):
+        if when is not None:
+            picture.scenario(when, SHIPS["paper"])

@@ -1,0 +1,109 @@
+"""Against a real Signal K server: targets appear, it may restart, what is written is read back."""
+
+import asyncio
+import dataclasses
+import time
+
+import pytest
+from tests.feeds.frames import Alarm, frame_of, target_of
+from tests.feeds.live import SHIP, pictured, running, shown, until
+from tests.feeds.signalk_server import SignalKServer, why_not
+
+from glasshelm.feeds.source import feed_from, signalk_server
+from glasshelm.feeds.write_back import WriteBack
+
+pytestmark = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
+
+#: AIS number under which the sample's own ship hears herself.
+ECHO = "230035780"
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    server = SignalKServer(tmp_path_factory.mktemp("signalk"))
+    server.start()
+    yield server
+    server.stop()
+
+
+def test_targets_appear_and_come_back_after_a_restart(server):
+    async def watch():
+        feed = feed_from(server.address)
+        async with pictured(feed) as picture:
+            await until(lambda: len(shown(picture)) >= 20 and ECHO not in shown(picture))
+            first = picture.scenario(picture.now(), SHIP)
+            await until(lambda: any(one.length_m for one in shown(picture).values()))
+            await asyncio.to_thread(server.stop)
+            await until(lambda: not feed.connected and feed.trouble)
+            trouble = feed.trouble
+            heard = feed.counts.heard
+            await asyncio.to_thread(server.start)
+            await until(lambda: feed.connected and feed.counts.heard > heard + 50)
+            await until(lambda: len(shown(picture)) >= 20)
+        return feed, picture, first, trouble
+
+    feed, picture, first, trouble = asyncio.run(watch())
+    assert first.start.year == 2014
+    assert first.origin == pytest.approx((59.72, 24.74), abs=0.02)
+    assert 2.0 < float(first.encounter.own.speed_m_s) < 5.0
+    assert feed.title in trouble
+    assert "\n" not in trouble
+    assert feed.counts.waiting == 0
+    assert picture.counts.waiting == 0
+    assert not any(one.startswith("00") for one in picture._ships)
+
+
+def test_what_is_written_is_read_back_and_withdrawn(server):
+    other, notice = (
+        "urn:mrn:imo:mmsi:276780000",
+        "notifications.navigation.closestApproach.276780000",
+    )
+
+    async def read(path, number="self"):
+        found = await asyncio.to_thread(server.vessel, path, number)
+        return (found or {}).get("value")
+
+    async def read_until(wanted, path, number="self"):
+        end = time.monotonic() + 20
+        while not wanted(value := await read(path, number)):
+            assert time.monotonic() < end, f"{path} is {value}"
+            await asyncio.sleep(0.1)
+        return value
+
+    async def write():
+        writer = WriteBack(signalk_server(server.address, server.token()))
+        async with running(writer.run()):
+            frame = frame_of(rudder_rad=-0.05, targets=[target_of("276780000", 350.0, 240.0)])
+            alarm = Alarm("276780000", "MSC X", "unacknowledged", "CPA 0.19 NM in 4:00")
+            writer.tell(frame, [alarm])
+            await read_until(lambda v: v == -0.05, "steering.rudderAngleTarget")
+            cpa = {"distance": 350.0, "timeTo": 240.0}
+            await read_until(lambda v: v == cpa, "navigation.closestApproach", other)
+            told = await read_until(lambda v: v, notice)
+            writer.tell(frame, [dataclasses.replace(alarm, state="acknowledged")])
+            silent = await read_until(lambda v: v["method"] == ["visual"], notice)
+            writer.tell(frame, [])
+            await read_until(lambda v: v["state"] == "normal", notice)
+            assert writer.written == 3
+        await read_until(lambda v: v is None, "steering.rudderAngleTarget")
+        await read_until(lambda v: v is None, "navigation.closestApproach", other)
+        return told, silent
+
+    told, silent = asyncio.run(write())
+    assert told["state"] == silent["state"] == "alarm"
+    assert told["method"] == ["visual", "sound"]
+    assert told["message"] == "MSC X: CPA 0.19 NM in 4:00"
+
+
+def test_a_wrong_token_is_refused_in_one_line(server):
+    async def write():
+        writer = WriteBack(signalk_server(server.address, "no.such.token"))
+        async with running(writer.run()):
+            writer.tell(frame_of(rudder_rad=0.02), [])
+            await until(lambda: writer.trouble)
+        return writer
+
+    writer = asyncio.run(write())
+    assert "token" in writer.trouble
+    assert "\n" not in writer.trouble
+    assert writer.written == 0
