@@ -25,7 +25,7 @@ from glasshelm.geometry import Vector
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ships import SHIPS, ShipState
 from glasshelm.summary import Summary
-from glasshelm.voyage import padded_encounter, sail
+from glasshelm.voyage import Voyage, padded_encounter, sail
 from glasshelm.world.step import WorldSettings, begin, step
 
 SHIP = SHIPS["paper"]
@@ -279,3 +279,33 @@ def test_frames_name_scenario_ship_and_waypoint():
     paper = next(sail(scenario(), StraightPilot(), steps=0))
     assert paper.ship.rudder_rate_rad_s is None
     assert paper.targets == []
+
+
+def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_way():
+    voyage = Voyage(random_scenario(5, SHIP), PILOT, 60)
+    voyage.sail_on(8)
+    kept = voyage.place
+    first = voyage.sail_on(8)
+    voyage.place = kept
+    assert voyage.sail_on(8) == first
+    voyage.place = kept
+    voyage.hand_over(StraightPilot())
+    other = voyage.sail_on(8)
+    assert [f.pilot for f in other] == ["straight"] * 8
+    assert other[0].own == first[0].own
+    assert other[0].targets[0].range_m == first[0].targets[0].range_m
+    assert all(f.decision.rudder_rad == 0.0 for f in other)
+    assert other[-1].own != first[-1].own
+
+
+def test_frames_are_the_same_one_by_one_as_many_at_once():
+    made = random_scenario(5, SHIP)
+    voyage, one_by_one = Voyage(made, PILOT, 20), []
+    while frames := voyage.sail_on():
+        one_by_one += frames
+    at_once = list(sail(made, PILOT, steps=20))
+    assert len(one_by_one) == len(at_once) == 21
+    for a, b in zip(one_by_one, at_once, strict=True):
+        assert a.own.north_m == pytest.approx(b.own.north_m, rel=1e-5)
+        assert a.decision.rudder_rad == pytest.approx(b.decision.rudder_rad, abs=1e-4)
+        assert a.reward == b.reward or a.reward.total == pytest.approx(b.reward.total, abs=1e-4)

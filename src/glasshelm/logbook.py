@@ -44,11 +44,13 @@ class Logbook:
         self._cut_torn_line()
         self._encoder = msgspec.json.Encoder()
 
-    def write(self, frame: Frame) -> None:
-        """Append one frame."""
-        self._file.write(self._encoder.encode(frame) + b"\n")
+    def write(self, frame: Frame) -> bytes:
+        """Append one frame; returns its line, without the end."""
+        line = self._encoder.encode(frame)
+        self._file.write(line + b"\n")
         self._file.flush()
         self.frames += 1
+        return line
 
     def close(self) -> None:
         self._file.close()

@@ -72,7 +72,7 @@ def moment_of(
     """The moment of a state, with what to carry to the next one. Pure and traceable."""
     time = state.step * settings.step_s
     traffic, held = _traffic(encounter, state.own, held, time, ship, lost_shown_s)
-    fed, order = feed(state.observation, loa_m=float(ship.loa_m))
+    fed, order = feed(state.observation, loa_m=jnp.asarray(ship.loa_m))
     action, memory = pilot.steer(fed, memory)
     why = None
     if isinstance(pilot, LearnedPilot):

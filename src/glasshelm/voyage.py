@@ -1,5 +1,6 @@
 """Sailing: a scenario and a pilot become a stream of frames."""
 
+import dataclasses
 from collections.abc import Iterator
 from typing import Any, TypeVar
 
@@ -31,12 +32,26 @@ _CHUNK = 16
 Tree = TypeVar("Tree")
 
 
-class _Carry(eqx.Module):
+class Carry(eqx.Module):
     """What one tick hands to the next."""
 
     state: WorldState
     held: Held
     memory: Memory
+
+
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """Where a voyage stands: before its frame ``number``, of which ``final`` is the last.
+
+    ``pilot`` will decide there; ``reward`` is that of the step that led here.
+    """
+
+    number: int
+    final: int
+    pilot: Pilot
+    carry: Carry
+    reward: Reward | None = None
 
 
 def sail(
@@ -84,23 +99,72 @@ def _sail(
     settings: WorldSettings,
     lost_shown_s: float,
 ) -> Iterator[Frame]:
-    encounter, kept = padded_encounter(scenario.encounter), None
-    if advise and scenario.own_track is not None:
-        kept = recorded_own(scenario.own_track, steps + _CHUNK, settings)
-        encounter = eqx.tree_at(lambda e: e.own, encounter, _at(kept, 0))
-    framer = Framer(scenario, pilot, applied=not advise)
-    carry = _start(encounter, scenario.ship, settings, pilot)
-    reward, ended = None, False
-    for first in range(0, steps + 1, _CHUNK):
-        own = None if kept is None else _at(kept, slice(first + 1, first + 1 + _CHUNK))
-        carry, ticks = _chunk(pilot, encounter, carry, own, scenario.ship, settings, lost_shown_s)
-        ticks = jax.device_get(ticks)
-        for i in range(min(_CHUNK, steps + 1 - first)):
-            tick = _at(ticks, i)
-            yield framer.frame(tick.moment, (first + i) * settings.step_s, reward)
-            if ended:
-                return
-            reward, ended = tick.reward, bool(tick.ended)
+    voyage = Voyage(scenario, pilot, steps, advise, settings, lost_shown_s)
+    while frames := voyage.sail_on(_CHUNK):
+        yield from frames
+
+
+class Voyage:
+    """A voyage under way: it gives its next frames when asked, and can change pilots in between.
+
+    ``place`` is where it stands; a place that was kept can be gone back to. The
+    arguments are those of :func:`sail`.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        pilot: Pilot,
+        steps: int,
+        advise: bool = False,
+        settings: WorldSettings = WorldSettings(),
+        lost_shown_s: float = LOST_SHOWN_S,
+    ):
+        self.scenario, self.steps, self.advise, self.settings = scenario, steps, advise, settings
+        #: Traced, not compiled in: recordings whose ships differ share their programs.
+        self.ship: ShipParams = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), scenario.ship)
+        self._lost_shown_s = lost_shown_s
+        self.encounter, self._kept = padded_encounter(scenario.encounter), None
+        if advise and scenario.own_track is not None:
+            self._kept = recorded_own(scenario.own_track, steps + _CHUNK, settings)
+            self.encounter = eqx.tree_at(lambda e: e.own, self.encounter, _at(self._kept, 0))
+        self.place = Place(0, steps, pilot, embark(self.encounter, self.ship, settings, pilot))
+
+    def hand_over(self, pilot: Pilot) -> None:
+        """From the next frame on this pilot decides, without a memory of what was before."""
+        carry = self.place.carry
+        fresh = Carry(carry.state, carry.held, pilot.start())
+        self.place = dataclasses.replace(self.place, pilot=pilot, carry=fresh)
+
+    def sail_on(self, ticks: int = 1) -> list[Frame]:
+        """The next frames, at most ``ticks``; none where the voyage is over.
+
+        One program is compiled for each number of ticks.
+        """
+        place = self.place
+        first, left = place.number, place.final + 1 - place.number
+        if left <= 0:
+            return []
+        own = None
+        if self._kept is not None:
+            own = _at(self._kept, slice(first + 1, first + 1 + ticks))
+        pilot, settings = place.pilot, self.settings
+        framer = Framer(self.scenario, pilot, applied=not self.advise)
+        carry, told = _chunk(
+            pilot, self.encounter, place.carry, own, self.ship, settings, self._lost_shown_s, ticks
+        )
+        told = jax.device_get(told)
+        frames, reward, final = [], place.reward, place.final
+        for number in range(first, first + min(ticks, left)):
+            tick = _at(told, number - first)
+            frames.append(framer.frame(tick.moment, number * settings.step_s, reward))
+            if number == final:
+                break
+            reward = tick.reward
+            if tick.ended:
+                final = number + 1
+        self.place = Place(first + len(frames), final, pilot, carry, reward)
+        return frames
 
 
 class _Tick(eqx.Module):
@@ -112,23 +176,25 @@ class _Tick(eqx.Module):
 
 
 @eqx.filter_jit
-def _start(encounter: Encounter, ship: ShipParams, settings: WorldSettings, pilot: Pilot) -> _Carry:
-    return _Carry(begin(encounter, ship, settings), never_held(encounter), pilot.start())
+def embark(encounter: Encounter, ship: ShipParams, settings: WorldSettings, pilot: Pilot) -> Carry:
+    """Before the first tick of an encounter."""
+    return Carry(begin(encounter, ship, settings), never_held(encounter), pilot.start())
 
 
 @eqx.filter_jit
 def _chunk(
     pilot: Pilot,
     encounter: Encounter,
-    carry: _Carry,
+    carry: Carry,
     own: ShipState | None,
     ship: ShipParams,
     settings: WorldSettings,
     lost_shown_s: float,
-) -> tuple[_Carry, _Tick]:
-    """``_CHUNK`` ticks; ``own`` [chunk] is where a recorded own ship is after each."""
+    ticks: int,
+) -> tuple[Carry, _Tick]:
+    """So many ticks; ``own`` [ticks] is where a recorded own ship is after each."""
 
-    def tick(carry: _Carry, own: ShipState | None) -> tuple[_Carry, _Tick]:
+    def tick(carry: Carry, own: ShipState | None) -> tuple[Carry, _Tick]:
         state = carry.state
         moment, held, memory = moment_of(
             pilot, encounter, state, carry.held, carry.memory, ship, settings, lost_shown_s
@@ -138,10 +204,10 @@ def _chunk(
             outcome = step(encounter, state, rudder, ship, settings)
         else:
             outcome = observe_step(encounter, state, own, ship, settings)
-        following = _Carry(outcome.state, held, memory)
+        following = Carry(outcome.state, held, memory)
         return following, _Tick(moment, outcome.reward, outcome.terminated)
 
-    return jax.lax.scan(tick, carry, own, length=_CHUNK)
+    return jax.lax.scan(tick, carry, own, length=ticks)
 
 
 def recorded_own(track: Track, steps: int, settings: WorldSettings) -> ShipState:

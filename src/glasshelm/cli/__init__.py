@@ -9,6 +9,7 @@ from glasshelm import __version__
 #: name -> one line of help. Each is a module of this package with a function
 #: ``run`` whose typed parameters tyro turns into options.
 COMMANDS = {
+    "bridge": "Serve the live page: watch a voyage, its decisions and their reasons",
     "evaluate": "Put pilots through suites of encounters: safety, rules, way, with intervals",
     "explain": "Sail an encounter and tell its story: figures, frames, report.html",
     "run": "Sail an encounter headless and write its frames",

@@ -1,0 +1,160 @@
+"""The web application: the page's files, one WebSocket, and a sign of life."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+
+import anyio
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from glasshelm import __version__
+from glasshelm.bridge.conductor import MOST_VIEWERS, Conductor
+from glasshelm.bridge.guard import COOKIE, HEADERS, Guard
+from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.session import Session
+
+STATIC = Path(__file__).parent / "static"
+_UNBUILT = (
+    "<!doctype html><html lang=en><meta charset=utf-8><title>Glasshelm</title>"
+    "<p>The page is not built in this copy. In a clone of the repository run "
+    "<code>make page</code>, then reload.</p></html>"
+)
+
+
+def application(
+    conductor: Conductor,
+    guard: Guard,
+    first: Callable[[], Session] | None = None,
+    static: Path = STATIC,
+) -> Starlette:
+    """The application around a conductor, whose clock runs as long as it does.
+
+    ``first`` opens the session that is shown at the beginning.
+    """
+
+    @contextlib.asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.create_task(conductor.keep_time())]
+        if first is not None:
+            tasks.append(asyncio.create_task(conductor.show(first)))
+        if conductor.writer is not None:
+            tasks.append(asyncio.create_task(conductor.writer.run()))
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            conductor.close()
+
+    async def index(request: Request) -> Response:
+        page = static / "index.html"
+        text = page.read_text(encoding="utf-8") if page.is_file() else _UNBUILT
+        answer = HTMLResponse(text, headers={"Cache-Control": "no-cache"})
+        if guard.token is not None:
+            answer.set_cookie(COOKIE, guard.token, httponly=True, samesite="strict")
+        return answer
+
+    built = StaticFiles(directory=static, check_dir=False)
+
+    async def files(scope: Scope, receive: Receive, send: Send) -> None:
+        there = static.is_dir()
+        await (built if there else PlainTextResponse("Not Found", 404))(scope, receive, send)
+
+    async def health(request: Request) -> Response:
+        dropped = conductor.dropped + sum(viewer.dropped for viewer in conductor.viewers)
+        return JSONResponse(
+            {
+                "version": __version__,
+                "status": "ok",
+                "viewers": len(conductor.viewers),
+                "refused_messages": conductor.refused,
+                "dropped_frames": dropped,
+            }
+        )
+
+    async def socket(websocket: WebSocket) -> None:
+        if len(conductor.viewers) >= MOST_VIEWERS:
+            await websocket.close(1013, "too many viewers")
+            return
+        await websocket.accept()
+        await _look_on(websocket, conductor)
+
+    return Starlette(
+        routes=[
+            Route("/", index),
+            Route("/index.html", index),
+            Route("/api/health", health),
+            WebSocketRoute("/ws", socket),
+            Mount("/", files),
+        ],
+        middleware=[Middleware(_Guarded, guard=guard)],
+        lifespan=lifespan,
+    )
+
+
+async def _look_on(websocket: WebSocket, conductor: Conductor) -> None:
+    """Serve one viewer until either side closes."""
+    viewer = Outbox()
+
+    async def send() -> None:
+        with contextlib.suppress(WebSocketDisconnect, OSError):
+            while True:
+                await websocket.send_text((await viewer.next()).decode())
+        group.cancel_scope.cancel()
+
+    async def read() -> None:
+        await conductor.join(viewer)
+        while True:
+            message = await websocket.receive()
+            if message["type"] == "websocket.disconnect":
+                break
+            text = message.get("text")
+            await conductor.heard(viewer, message.get("bytes") or b"" if text is None else text)
+        group.cancel_scope.cancel()
+
+    try:
+        async with anyio.create_task_group() as group:
+            group.start_soon(send)
+            group.start_soon(read)
+    finally:
+        conductor.leave(viewer)
+
+
+class _Guarded:
+    """Asks the guard first, and adds the headers of security to every answer."""
+
+    def __init__(self, app: ASGIApp, guard: Guard):
+        self._app, self._guard = app, guard
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        problem = self._guard.problem(HTTPConnection(scope))
+        if scope["type"] == "websocket":
+            if problem is None:
+                await self._app(scope, receive, send)
+            else:
+                await WebSocket(scope, receive, send).close(1008, problem)
+            return
+
+        async def send_guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                added = [(k.lower().encode(), v.encode()) for k, v in HEADERS.items()]
+                message["headers"] = [*message.get("headers", []), *added]
+            await send(message)
+
+        if problem is None or scope["path"] == "/api/health":
+            await self._app(scope, receive, send_guarded)
+        else:
+            answer = PlainTextResponse(f"Refused: {problem}\n", status_code=403)
+            await answer(scope, receive, send_guarded)

@@ -1,0 +1,132 @@
+"""What may be opened from the page: bundled names and generators, never a file of the disk.
+
+A file, a feed or a pilot that the user named on the command line is on the
+list too, under its last name alone.
+"""
+
+import dataclasses
+from pathlib import Path
+
+from glasshelm.bridge import messages
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import PilotCard, Source
+from glasshelm.encounters.imazu import imazu_cases
+from glasshelm.encounters.random import FAMILIES
+from glasshelm.encounters.source import BUNDLED, generated, scenario_from
+from glasshelm.encounters.types import Scenario
+from glasshelm.errors import InputError
+from glasshelm.pilots.catalogue import UNTRAINED, bundled, default_pilot, pilot_named
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.planner import PlannerPilot
+from glasshelm.pilots.types import Pilot
+from glasshelm.ships import SHIPS, ShipParams, ship_named
+
+#: Before a file: it is played as if its traffic were here and now.
+LIVE = "live:"
+_RECORDINGS = {
+    "gulf-of-finland": "Gulf of Finland, 10 minutes with a real own ship",
+    "new-york": "New York harbour, one hour of AIS",
+}
+#: Random encounters that the menu offers; any other seed can be asked for.
+_RANDOM = ("random:35", "random:7", "random:12:6", "wide:3", "converging:2")
+
+
+class Catalogue:
+    """Scenarios, pilots and logs by the names that the page may use.
+
+    ``source`` and ``pilot`` are what the command line named, if not bundled.
+    """
+
+    def __init__(self, shelf: Shelf, source: str | None = None, pilot: str | None = None):
+        self.shelf = shelf
+        self.feed = source if source and is_feed(source) else None
+        self._file = source if source and not (self.feed or _known(source)) else None
+        self._weights = pilot if pilot and pilot not in (*bundled(), *UNTRAINED) else None
+        self._pilots: dict[str, Pilot] = {}
+
+    def told(self) -> messages.Catalogue:
+        """The lists as the page gets them."""
+        cards = [_card(name, self.pilot(name)) for name in self._pilot_names()]
+        return messages.Catalogue(self._scenarios(), cards, self.shelf.cards())
+
+    def scenario(self, source: str, ship: str, own: str | None, at: str | None) -> Scenario:
+        """The scenario of a name of the catalogue, or of a generator."""
+        params = ship_named(ship)
+        if source in BUNDLED:
+            return scenario_from(source, params, own, at)
+        if _known(source):
+            if own is not None or at is not None:
+                raise InputError(f"{source}: own ship and time are of recorded traffic only")
+            return generated(source, params)
+        if self._file is not None and source in (alias(self._file), self._file):
+            return self._from_file(self._file, params, own, at)
+        raise InputError(f"no source {source[:100]!r}: choose one of the catalogue")
+
+    def is_live(self, source: str) -> bool:
+        """Whether this names the feed of the command line."""
+        return self.feed is not None and source in (self.feed, alias(self.feed))
+
+    def pilot(self, name: str) -> Pilot:
+        """A pilot of the catalogue; read from disk once."""
+        if name == self._weights:
+            name = alias(name)
+        if name not in self._pilots:
+            if name not in self._pilot_names():
+                raise InputError(f"no pilot {name[:100]!r}: choose one of the catalogue")
+            given = self._weights is not None and name == alias(self._weights)
+            self._pilots[name] = pilot_named(self._weights if given and self._weights else name)
+        return self._pilots[name]
+
+    def pilot_for(self, ship: str, name: str | None) -> Pilot:
+        """The pilot asked for, or the one who steers that ship."""
+        return self.pilot(default_pilot(ship) if name is None else name)
+
+    def _pilot_names(self) -> tuple[str, ...]:
+        extra = () if self._weights is None else (alias(self._weights),)
+        return (*extra, *bundled(), *UNTRAINED)
+
+    def _scenarios(self) -> list[Source]:
+        found = [Source(s, _RECORDINGS.get(s, s), "recorded") for s in BUNDLED]
+        if self._file is not None:
+            kind = "simulated" if self._file.endswith(".json") else "recorded"
+            found.insert(0, Source(alias(self._file), alias(self._file), kind))
+        if self.feed is not None:
+            found.insert(0, Source(alias(self.feed), f"Live: {alias(self.feed)}", "live"))
+        for case, ships in imazu_cases().items():
+            count = f"{len(ships)} {'ship' if len(ships) == 1 else 'ships'}"
+            found.append(Source(f"imazu:{case}", f"Imazu case {case}: {count}", "simulated"))
+        for source in _RANDOM:
+            family, _, seed = source.partition(":")
+            title = f"{family.capitalize()} encounter, seed {seed.replace(':', ', ships: ')}"
+            found.append(Source(source, title, "simulated"))
+        return found
+
+    def _from_file(self, path: str, ship: ShipParams, own: str | None, at: str | None) -> Scenario:
+        scenario = scenario_from(path, ship, own, at)
+        return dataclasses.replace(scenario, source=alias(path))
+
+
+def alias(given: str) -> str:
+    """What a page is told of a source: of a path its last name, no folder of the disk."""
+    return given if "://" in given else Path(given.removeprefix(LIVE)).name
+
+
+def is_feed(source: str) -> bool:
+    """Whether a source is live traffic."""
+    return "://" in source or source.startswith(LIVE)
+
+
+def _known(source: str) -> bool:
+    """Whether a source is bundled or generated."""
+    return source in BUNDLED or source.partition(":")[0] in (*FAMILIES, "imazu")
+
+
+def _card(name: str, pilot: Pilot) -> PilotCard:
+    if isinstance(pilot, LearnedPilot):
+        ship = next((n for n, ship in SHIPS.items() if ship == pilot.trained.ship), None)
+        return PilotCard(name, f"Learned: {name}", "learned", ship)
+    if isinstance(pilot, PlannerPilot):
+        ship = next((n for n, ship in SHIPS.items() if ship is pilot.ship), None)
+        return PilotCard(name, f"Planner: {name}", "planner", ship)
+    title = "Keeps her course" if name == "straight" else name
+    return PilotCard(name, title, "classical", None)

@@ -1,0 +1,254 @@
+"""The one session that all viewers see: who asks what of it, and when its next frame is due.
+
+Everything that computes or reads a disk is done by one worker thread, one
+thing at a time; the event loop only waits, and hands out what came of it.
+"""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TypeVar
+
+from glasshelm import __version__
+from glasshelm.bridge import messages as m
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.opening import opened
+from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.session import Session
+from glasshelm.bridge.stage import Stage, Told
+from glasshelm.errors import InputError
+from glasshelm.feeds.write_back import WriteBack
+
+Result = TypeVar("Result")
+
+#: Viewers at once.
+MOST_VIEWERS = 100
+_log = logging.getLogger("glasshelm.bridge")
+
+
+class Conductor:
+    """Plays a session to its viewers.
+
+    ``refused`` counts messages of viewers that were none, ``dropped`` the
+    frames that viewers who have left were too slow for. ``writer`` is told of every
+    frame of live traffic.
+    """
+
+    def __init__(self, catalogue: Catalogue, logs: Path, writer: WriteBack | None = None):
+        self.catalogue, self.logs = catalogue, logs
+        self.writer = writer
+        self.viewers: set[Outbox] = set()
+        self.refused = 0
+        self.dropped = 0
+        self._stage: Stage | None = None
+        self._limits = m.Limits()
+        self._playing, self._rate = False, 1.0
+        self._lock = asyncio.Lock()
+        self._wake = asyncio.Event()
+        self._listening: asyncio.Task[None] | None = None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="voyage")
+
+    async def join(self, viewer: Outbox) -> None:
+        """A viewer begins to look on: she gets what is, then what comes."""
+        catalogue = await self._work(self.catalogue.told)
+        bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
+        viewer.put("hello", m.written(m.Hello(__version__, catalogue, bounds)))
+        async with self._lock:
+            if self._stage is not None:
+                viewer.put("session", self._session_now(self._stage))
+                for kind, message in await self._work(self._stage.present):
+                    viewer.put(kind, message)
+            self.viewers.add(viewer)
+
+    def leave(self, viewer: Outbox) -> None:
+        self.viewers.discard(viewer)
+        self.dropped += viewer.dropped
+
+    async def heard(self, viewer: Outbox, text: str | bytes) -> None:
+        """A viewer's message; what is wrong with it is told to her alone."""
+        try:
+            asked = m.read(text)
+        except InputError as error:
+            self.refused += 1
+            viewer.put(*_failure(str(error)))
+            return
+        try:
+            # Shielded: a viewer who leaves does not take back what she asked for all.
+            await asyncio.shield(asyncio.create_task(self.do(asked, viewer)))
+        except InputError as error:
+            viewer.put(*_failure(str(error)))
+        except Exception:
+            _log.exception("a request failed")
+            viewer.put(*_failure("the server failed at this request"))
+
+    async def do(self, asked: m.Asked, viewer: Outbox | None = None) -> None:
+        """Do what is asked. InputError if it cannot be done."""
+        if isinstance(asked, m.Ping):
+            if viewer is not None:
+                viewer.put("pong", m.written(m.Pong()))
+            return
+        async with self._lock:
+            if isinstance(asked, m.Open | m.Replay):
+                await self._open(asked)
+            else:
+                await self._do(asked, self._there())
+        self._wake.set()
+
+    async def show(self, open_session: Callable[[], Session]) -> None:
+        """Begin a session in place of the present one, playing from its start."""
+        async with self._lock:
+            await self._begin(open_session)
+        self._wake.set()
+
+    async def keep_time(self) -> None:
+        """Show the next frame whenever it is due; runs as long as the server does."""
+        last = time.monotonic()
+        while True:
+            if self._stage is None or not self._playing:
+                await self._wake.wait()
+                self._wake.clear()
+                last = time.monotonic()
+                continue
+            every = self._stage.session.step_s / self._rate
+            left = last + every - time.monotonic()
+            if left > 0 and await self._woken(left):
+                continue  # asked for something meanwhile: perhaps another rate
+            # A frame that took too long delays the next ones; they do not rush after it.
+            late = -left >= every
+            last = time.monotonic() if late else last + every
+            async with self._lock:
+                await self._advance()
+
+    def close(self) -> None:
+        """Close the log; called when no more is asked."""
+        if self._listening is not None:
+            self._listening.cancel()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+        if self._stage is not None:
+            self._stage.close()
+
+    async def _do(self, asked: m.Asked, stage: Stage) -> None:
+        match asked:
+            case m.Pause() | m.Rate() if stage.session.card.mode == "live":
+                raise InputError("live traffic is shown as it comes: it has no pause and no rate")
+            case m.Play():
+                self._set(stage, True, self._rate)
+            case m.Pause():
+                self._set(stage, False, self._rate)
+            case m.Rate(rate):
+                self._set(stage, self._playing, rate)
+            case m.Seek(time_s):
+                await self._jump(lambda: stage.seek(time_s))
+            case m.Pilot(name):
+                pilot = self.catalogue.pilot(name)
+                await self._jump(lambda: stage.hand_over(pilot))
+            case m.Compare(name):
+                other = None if name is None else self.catalogue.pilot(name)
+                await self._jump(lambda: stage.compare(other))
+            case m.Acknowledge(id):
+                told = await self._work(lambda: stage.acknowledge(id))
+                if told is None:
+                    raise InputError("no such alarm: its cause is gone")
+                self._tell(told)
+            case m.Limits():
+                self._limits = asked
+                self._tell(await self._work(lambda: stage.limit(asked)))
+
+    async def _open(self, asked: m.Open | m.Replay) -> None:
+        name = asked.source if isinstance(asked, m.Open) else asked.log
+        self._tell([_notice(f"Opening {name}")])
+        await self._begin(lambda: opened(asked, self.catalogue, self.logs))
+
+    async def _begin(self, open_session: Callable[[], Session]) -> None:
+        def begin() -> tuple[Stage, list[Told]]:
+            stage = Stage(open_session(), self._limits)
+            try:
+                stage.forward()
+                return stage, stage.present()
+            except BaseException:
+                stage.close()
+                raise
+
+        stage, told = await self._work(begin)
+        if self._listening is not None:
+            self._listening.cancel()
+        old, self._stage = self._stage, stage
+        if old is not None:
+            await self._work(old.close)
+        self._listening = asyncio.create_task(self._listen(stage.session))
+        self._playing, self._rate = True, 1.0
+        self._tell([("session", self._session_now(stage)), *told])
+
+    async def _listen(self, session: Session) -> None:
+        try:
+            await session.listen()
+        except InputError as error:
+            self._tell([_notice(str(error))])
+        except Exception:
+            _log.exception("the feed failed")
+            self._tell([_notice("the feed failed: nothing more is heard")])
+
+    async def _jump(self, jump: Callable[[], list[Told]]) -> None:
+        """A request after which the page begins anew."""
+        told = await self._work(jump)
+        self._tell([("session", self._session_now(self._there())), *told])
+
+    async def _advance(self) -> None:
+        stage = self._stage
+        if stage is None or not self._playing:
+            return
+        try:
+            told = await self._work(stage.forward)
+        except InputError as error:
+            self._set(stage, False, self._rate)
+            self._tell([_notice(str(error))])
+        except Exception:
+            _log.exception("the session failed")
+            self._set(stage, False, self._rate)
+            self._tell([_notice("the session failed; it is paused")])
+        else:
+            live = stage.session.card.mode == "live"
+            if live or told is None:
+                self._set(stage, live, self._rate)
+            self._tell(told or [])
+            if live and told and self.writer is not None and stage.frame is not None:
+                self.writer.tell(stage.frame, stage.alarms)
+
+    def _set(self, stage: Stage, playing: bool, rate: float) -> None:
+        self._playing, self._rate = playing, rate
+        self._tell([("session", self._session_now(stage))])
+
+    def _there(self) -> Stage:
+        if self._stage is None:
+            raise InputError("nothing is open yet: open a source first")
+        return self._stage
+
+    def _session_now(self, stage: Stage) -> bytes:
+        return stage.session_now(self._playing, self._rate)
+
+    def _tell(self, told: list[Told]) -> None:
+        for kind, message in told:
+            for viewer in self.viewers:
+                viewer.put(kind, message)
+
+    async def _work(self, job: Callable[[], Result]) -> Result:
+        return await asyncio.get_running_loop().run_in_executor(self._worker, job)
+
+    async def _woken(self, seconds: float) -> bool:
+        try:
+            await asyncio.wait_for(self._wake.wait(), seconds)
+        except TimeoutError:
+            return False
+        self._wake.clear()
+        return True
+
+
+def _notice(text: str) -> Told:
+    return "notice", m.written(m.Notice(text))
+
+
+def _failure(text: str) -> Told:
+    return "failure", m.written(m.Failure(text))

@@ -1,0 +1,52 @@
+"""From a request to a session."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from glasshelm.bridge.again import Again
+from glasshelm.bridge.catalogue import LIVE, Catalogue, alias
+from glasshelm.bridge.live import Live
+from glasshelm.bridge.logs import log_named
+from glasshelm.bridge.messages import Open, Replay
+from glasshelm.bridge.record import Record
+from glasshelm.bridge.sailing import Sailing
+from glasshelm.bridge.session import Session
+from glasshelm.errors import InputError
+from glasshelm.feeds.picture import Picture
+from glasshelm.feeds.source import feed_from
+
+#: The ship of a session for which nobody named one.
+SHIP = "paper"
+
+
+def opened(asked: Open | Replay, catalogue: Catalogue, logs: Path) -> Session:
+    """The session that a page asks for. InputError if it is not of the catalogue."""
+    if isinstance(asked, Replay):
+        return replayed(log_named(logs, asked.log))
+    ship = asked.ship or SHIP
+    return prepared(catalogue, logs, asked.source, asked.pilot, ship, asked.own, asked.at)()
+
+
+def prepared(
+    catalogue: Catalogue,
+    logs: Path,
+    source: str,
+    pilot: str | None,
+    ship: str,
+    own: str | None,
+    at: str | None,
+) -> Callable[[], Session]:
+    """A session of which everything has been read and checked, but nothing sailed yet."""
+    helm = catalogue.pilot_for(ship, pilot)
+    if catalogue.is_live(source) and catalogue.feed is not None:
+        if at is not None:
+            raise InputError(f"{source}: live traffic begins now; leave out at")
+        feed, name = feed_from(catalogue.feed.removeprefix(LIVE), own), alias(catalogue.feed)
+        return lambda: Live(name, feed, Picture(name), helm, ship, logs)
+    scenario = catalogue.scenario(source, ship, own, at)
+    return lambda: Sailing(scenario, helm, ship, scenario.own_track is not None, logs)
+
+
+def replayed(path: Path) -> Session:
+    """A log shown again."""
+    return Again(Record(path, fresh=False))

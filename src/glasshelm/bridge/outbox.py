@@ -1,0 +1,58 @@
+"""What one viewer is still to be sent: bounded, however slow she reads."""
+
+import asyncio
+from collections import deque
+
+#: Frames that wait for one viewer at most; of more, the oldest are left out.
+MOST_FRAMES = 8
+#: Other messages that wait at most.
+MOST_OTHERS = 32
+#: Of these only the newest means anything.
+_NEWEST = ("hello", "session", "alarms")
+
+
+class Outbox:
+    """Messages in order, each of a kind; ``dropped`` counts the frames left out.
+
+    A new history replaces the frames that wait; a new session or list of
+    alarms the old one.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._waiting: deque[tuple[str, bytes]] = deque()
+        self._some = asyncio.Event()
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def put(self, kind: str, message: bytes) -> None:
+        """Add a message; called in the event loop."""
+        if kind == "history":
+            self._leave_out("history", "frame")
+        elif kind in _NEWEST:
+            self._leave_out(kind)
+        elif kind == "frame":
+            self.dropped += self._leave_out_oldest(("frame",), MOST_FRAMES)
+        else:
+            self._leave_out_oldest(("failure", "notice", "pong"), MOST_OTHERS)
+        self._waiting.append((kind, message))
+        self._some.set()
+
+    async def next(self) -> bytes:
+        """The next message, as soon as there is one."""
+        while not self._waiting:
+            self._some.clear()
+            await self._some.wait()
+        return self._waiting.popleft()[1]
+
+    def _leave_out(self, *kinds: str) -> None:
+        self._waiting = deque(item for item in self._waiting if item[0] not in kinds)
+
+    def _leave_out_oldest(self, kinds: tuple[str, ...], most: int) -> int:
+        """Make room for one more of these kinds; how many were left out."""
+        here = [item for item in self._waiting if item[0] in kinds]
+        over = here[: max(len(here) - most + 1, 0)]
+        for item in over:
+            self._waiting.remove(item)
+        return len(over)

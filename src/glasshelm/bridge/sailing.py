@@ -1,0 +1,166 @@
+"""A session that sails: the pilot steers in simulated traffic, and advises in recorded."""
+
+from pathlib import Path
+
+from glasshelm.bridge.logs import new_log
+from glasshelm.bridge.record import Record
+from glasshelm.bridge.session import Card, Predicted, track_of
+from glasshelm.encounters.types import Scenario
+from glasshelm.frames import Frame
+from glasshelm.pilots.types import Pilot
+from glasshelm.prediction import predicted
+from glasshelm.voyage import Place, Voyage, steps_of
+
+
+class Run:
+    """A voyage and its log, sailed as far as somebody has looked."""
+
+    def __init__(self, voyage: Voyage, logs: Path):
+        self.voyage = voyage
+        self.record = Record(_log(logs, voyage), fresh=True)
+        #: Where the voyage stood before each frame of the record.
+        self.places: list[Place] = []
+        self._logs = logs
+
+    def reach(self, number: int) -> bool:
+        """Sail until that frame is there; whether it is."""
+        while len(self.record) <= number:
+            place = self.voyage.place
+            frames = self.voyage.sail_on()
+            if not frames:
+                return False
+            self.places.append(place)
+            self.record.append(frames[0])
+        return True
+
+    def branch(self, number: int, pilot: Pilot) -> "Run":
+        """The same voyage with another pilot from a frame on, in a log of its own."""
+        self.voyage.place = self.places[number]
+        self.voyage.hand_over(pilot)
+        other = Run(self.voyage, self._logs)
+        other.places = self.places[:number]
+        for k in range(number):
+            other.record.append(self.record.frame(k))
+        self.record.close()
+        return other
+
+
+def _log(logs: Path, voyage: Voyage) -> Path:
+    return new_log(logs, voyage.scenario.source, voyage.place.pilot.name)
+
+
+class Sailing:
+    """Sails as far as is looked; going back and forth reads the log."""
+
+    def __init__(self, scenario: Scenario, pilot: Pilot, ship: str, advise: bool, logs: Path):
+        self._scenario, self._advise, self._logs = scenario, advise, logs
+        self._steps = steps_of(scenario)
+        self._run = Run(Voyage(scenario, pilot, self._steps, advise), logs)
+        self._other: Run | None = None
+        self.at = -1
+        self.card = Card(
+            scenario.source,
+            scenario.title,
+            "recorded" if advise else "simulated",
+            ship,
+            self._steps * self._run.voyage.settings.step_s,
+            scenario.notes,
+        )
+
+    @property
+    def record(self) -> Record:
+        return self._run.record
+
+    @property
+    def pilot(self) -> str:
+        return self._place.pilot.name
+
+    @property
+    def compared(self) -> str | None:
+        return None if self._other is None else self._other.voyage.place.pilot.name
+
+    @property
+    def reach_s(self) -> tuple[float, float]:
+        voyage = self._run.voyage
+        return 0.0, voyage.place.final * voyage.settings.step_s
+
+    @property
+    def step_s(self) -> float:
+        return self._run.voyage.settings.step_s
+
+    @property
+    def connected(self) -> bool:
+        return True
+
+    @property
+    def heard_s(self) -> None:
+        return None
+
+    async def listen(self) -> None:
+        """Nothing to hear."""
+
+    def forward(self) -> Frame | None:
+        if not self._run.reach(self.at + 1):
+            return None
+        self.at += 1
+        self._follow()
+        return self.record.frame(self.at)
+
+    def seek(self, time_s: float) -> None:
+        wanted = int(time_s / self.step_s + 1e-6)
+        self._run.reach(wanted)
+        self.at = min(wanted, len(self.record) - 1)
+        self._follow()
+
+    def hand_over(self, pilot: Pilot) -> None:
+        self._run = self._run.branch(max(self.at, 0), pilot)
+        self.seek(max(self.at, 0) * self.step_s)
+
+    def compare(self, pilot: Pilot | None) -> None:
+        if self._other is not None:
+            self._other.record.close()
+        self._other = None
+        if pilot is not None:
+            voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
+            self._other = Run(voyage, self._logs)
+            self._follow()
+
+    def beside(self) -> list[bytes]:
+        if self._other is None:
+            return []
+        record = self._other.record
+        return record.history(min(max(self.at, 0), len(record)))
+
+    def beside_now(self) -> bytes | None:
+        if self._other is None or not 0 <= self.at < len(self._other.record):
+            return None
+        return self._other.record.line(self.at)
+
+    def predicted(self) -> Predicted | None:
+        if self.at < 0:
+            return None
+        place, voyage = self._place, self._run.voyage
+        own = predicted(
+            place.pilot,
+            voyage.encounter,
+            place.carry.state,
+            place.carry.memory,
+            voyage.ship,
+            voyage.settings,
+        )
+        return track_of(own, voyage.settings.step_s)
+
+    def close(self) -> None:
+        self.record.close()
+        if self._other is not None:
+            self._other.record.close()
+
+    @property
+    def _place(self) -> Place:
+        """Where the voyage stood before the frame shown."""
+        return self._run.places[self.at] if self.at >= 0 else self._run.voyage.place
+
+    def _follow(self) -> None:
+        """The compared pilot sails along."""
+        if self._other is not None:
+            self._other.reach(self.at)

@@ -1,0 +1,175 @@
+"""A session as its viewers get it: its frames as messages, with what is told beside them."""
+
+import time
+from datetime import UTC, datetime
+
+import msgspec
+
+from glasshelm.bridge import messages as m
+from glasshelm.bridge.alarms import AlarmList
+from glasshelm.bridge.lookout import Lookout
+from glasshelm.bridge.session import Predicted, Session
+from glasshelm.frames import Frame
+from glasshelm.pilots.types import Pilot
+
+#: A message and its kind.
+Told = tuple[str, bytes]
+#: The track ahead is predicted no oftener than this (at ×60 not for every frame).
+PREDICT_EVERY_S = 0.25
+#: One point of the predicted track so often.
+POINT_S = 30.0
+#: So many frames before a jump are seen again, for the rules' meetings.
+SEEN_AGAIN = 240
+
+
+class Stage:
+    """Runs in the worker thread, except for ``session_now``, which only reads."""
+
+    def __init__(self, session: Session, limits: m.Limits):
+        self.session = session
+        self._alarms = AlarmList(limits)
+        self._lookout = Lookout(self._alarms)
+        self._frame: Frame | None = None
+        self._told: bytes | None = None
+        self._listed: list[m.Alarm] = []
+        self._ahead: Predicted | None = None
+        self._ahead_of = 0
+        self._predicted_at = -1e9
+
+    @property
+    def frame(self) -> Frame | None:
+        """The frame shown."""
+        return self._frame
+
+    @property
+    def alarms(self) -> list[m.Alarm]:
+        """The alarms of the frame shown."""
+        return self._listed
+
+    def forward(self) -> list[Told] | None:
+        """The messages of the next frame; None where there is none (yet)."""
+        record = self.session.record
+        frame = self.session.forward()
+        if frame is None:
+            return None
+        if self.session.record is record:
+            return self._tell(frame)
+        return self._after_jump()  # a new log has begun
+
+    def present(self) -> list[Told]:
+        """Everything that a viewer needs who knows nothing yet."""
+        at, record = self.session.at, self.session.record
+        before = record.history(at) if at > 0 else []
+        beside = self.session.beside()
+        history = m.History(_raw(before), _raw(beside))
+        told = [("history", m.written(history))]
+        if self._told is not None:
+            told += [("frame", self._told), self._alarm_list()]
+        return told
+
+    def seek(self, time_s: float) -> list[Told]:
+        self.session.seek(time_s)
+        return self._after_jump()
+
+    def hand_over(self, pilot: Pilot) -> list[Told]:
+        self.session.hand_over(pilot)
+        return self._after_jump()
+
+    def compare(self, pilot: Pilot | None) -> list[Told]:
+        self.session.compare(pilot)
+        return self._after_jump()
+
+    def acknowledge(self, id: str) -> list[Told] | None:
+        """None if there is no such alarm."""
+        return self._alarms_again() if self._alarms.acknowledge(id) else None
+
+    def limit(self, limits: m.Limits) -> list[Told]:
+        self._alarms.limits = limits
+        return self._alarms_again()
+
+    def session_now(self, playing: bool, rate: float) -> bytes:
+        """The ``session`` message."""
+        session, card = self.session, self.session.card
+        first, last = session.reach_s
+        now = m.Session(
+            source=card.source,
+            title=card.title,
+            mode=card.mode,
+            pilot=session.pilot,
+            compare=session.compared,
+            ship=card.ship,
+            playing=playing,
+            rate=rate,
+            time_s=session.record.times[session.at] if session.at >= 0 else first,
+            end_s=card.end_s,
+            seekable_from_s=first,
+            seekable_to_s=last,
+            notes=list(card.notes),
+            connected=session.connected,
+            heard_s=session.heard_s,
+            log=session.record.path.name,
+        )
+        return m.written(now)
+
+    def close(self) -> None:
+        self.session.close()
+
+    def _after_jump(self) -> list[Told]:
+        record, at = self.session.record, self.session.at
+        if at < 0:
+            return self.present()
+        self._lookout.again(record.lines(max(at - SEEN_AGAIN, 0), at))
+        self._predicted_at = -1e9
+        self._tell(record.frame(at))
+        return self.present()
+
+    def _tell(self, frame: Frame) -> list[Told]:
+        at, record = self.session.at, self.session.record
+        fresh = self._predict()
+        beside = self._lookout.see(frame, self._left())
+        compared = self.session.beside_now()
+        message = m.FrameNow(
+            frame=msgspec.Raw(record.line(at)),
+            encounters=beside.encounters,
+            sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"),
+            sentence=beside.sentence,
+            compare=None if compared is None else msgspec.Raw(compared),
+            path=None if fresh is None else _points(fresh),
+        )
+        self._frame, self._told = frame, m.written(message)
+        told = [("frame", self._told)]
+        if beside.alarms != self._listed:
+            self._listed = beside.alarms
+            told.append(self._alarm_list())
+        return told
+
+    def _predict(self) -> Predicted | None:
+        """The track ahead, where it is time to predict it again."""
+        if time.monotonic() - self._predicted_at < PREDICT_EVERY_S:
+            return None
+        self._ahead, self._ahead_of = self.session.predicted(), self.session.at
+        self._predicted_at = time.monotonic()
+        return self._ahead
+
+    def _left(self) -> Predicted | None:
+        """What of the last prediction still lies ahead."""
+        if self._ahead is None:
+            return None
+        return Predicted(self._ahead.step_s, self._ahead.rows[self.session.at - self._ahead_of :])
+
+    def _alarms_again(self) -> list[Told]:
+        if self._frame is not None:
+            self._listed = self._alarms.see(self._frame)
+        return [self._alarm_list()]
+
+    def _alarm_list(self) -> Told:
+        return "alarms", m.written(m.Alarms(self._listed))
+
+
+def _raw(lines: list[bytes]) -> list[msgspec.Raw]:
+    return [msgspec.Raw(line) for line in lines]
+
+
+def _points(ahead: Predicted) -> list[list[float]]:
+    every = max(round(POINT_S / ahead.step_s), 1)
+    return ahead.rows[::every, :2].astype(float).round(1).tolist()

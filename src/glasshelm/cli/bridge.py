@@ -1,0 +1,81 @@
+"""``glasshelm bridge``: the live page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+def run(
+    source: Annotated[str, tyro.conf.Positional] = "gulf-of-finland",
+    pilot: str | None = None,
+    ship: str = "paper",
+    own: str | None = None,
+    at: str | None = None,
+    replay: Path | None = None,
+    log: Path | None = None,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    token: str | None = None,
+    write_back: bool = False,
+    signalk_token: str | None = None,
+    open_: Annotated[bool, tyro.conf.arg(name="open")] = True,
+) -> None:
+    """Serve the live page of a voyage on this machine and open it in the browser.
+
+    In simulated traffic the pilot steers; in recorded traffic own ship keeps
+    her track and the pilot advises. Every session's frames are written to a log.
+    Ctrl-C stops the server. Not for navigation.
+
+    Args:
+        source: gulf-of-finland, new-york, imazu:5, random:SEED, wide:SEED, path/to/situation.json,
+            path/to/ais.csv; the page can open others of its menu.
+        pilot: A bundled pilot (by default the ship's), straight, a planner (paper-planner,
+            large-ship-planner), or a .safetensors file.
+        ship: Own ship: paper or large_ship.
+        own: In recorded traffic, the MMSI to take as own ship, or "recorded".
+        at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
+        replay: Show this log of an earlier session instead of a source.
+        log: Folder for the logs (default: the user's data folder, which is printed).
+        host: Address to serve on; any but this machine's own needs a token.
+        port: Port to serve on (default: 8470, or a free one if it is taken).
+        token: A secret that viewers must know, 12 characters or more.
+        write_back: Write rudder target, closest approaches and alarms back to the Signal K source.
+        signalk_token: A token of the Signal K server, needed for writing back.
+        open_: Open the page in the browser.
+    """
+    from glasshelm.cli.programs import keep_compiled
+
+    keep_compiled()
+    from rich.console import Console
+
+    from glasshelm.bridge.app import application
+    from glasshelm.bridge.catalogue import Catalogue
+    from glasshelm.bridge.conductor import Conductor
+    from glasshelm.bridge.guard import Guard
+    from glasshelm.bridge.logs import Shelf, default_logs
+    from glasshelm.bridge.opening import prepared, replayed
+    from glasshelm.bridge.serve import address, bind, serve
+    from glasshelm.feeds.source import signalk_server
+    from glasshelm.feeds.write_back import WriteBack
+
+    console = Console(stderr=True)
+    guard = Guard(host, token)
+    logs = default_logs() if log is None else log
+    catalogue = Catalogue(Shelf(logs), source, pilot)
+    if replay is not None:
+        session = replayed(replay)
+        first = lambda: session  # noqa: E731
+    else:
+        first = prepared(catalogue, logs, source, pilot, ship, own, at)
+    writer = WriteBack(signalk_server(source, signalk_token)) if write_back else None
+    bound = bind(host, port)
+    url = address(bound, token)
+    app = application(Conductor(catalogue, logs, writer), guard, first)
+
+    def ready() -> None:
+        console.print(f"bridge: {url}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"logs:   {logs}", markup=False, highlight=False, soft_wrap=True)
+        console.print("Advisory research software, not for navigation. Ctrl-C stops.", markup=False)
+
+    serve(app, bound, url, open_, ready)

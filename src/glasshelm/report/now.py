@@ -1,0 +1,145 @@
+"""The sentence of an instant: what the pilot is doing, why, and what comes next.
+
+The same words and reasons as in the report of a voyage, said while it goes on.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from jaxtyping import Float
+
+from glasshelm.figures.series import Series, series
+from glasshelm.frames import Frame
+from glasshelm.geometry import CPA_HORIZON_S
+from glasshelm.report.episodes import RELEASE_RAD, TURN_RAD, Episode
+from glasshelm.report.reasons import focus, why
+from glasshelm.report.words import approach, course, degrees, lasting, miles, side, where
+
+#: So many frames are looked back upon.
+FRAMES = 60
+#: A predicted heading that stays within this of its last value has been reached.
+REACHED_RAD = math.radians(2)
+
+
+class Now(NamedTuple):
+    """Three plain phrases without a full stop at their end; ``why`` and ``next`` may be empty."""
+
+    what: str
+    why: str
+    next: str
+
+
+def now(
+    frames: Sequence[Frame],
+    ahead: Float[np.ndarray, "steps 3"] | None = None,
+    step_s: float = 5.0,
+) -> Now | None:
+    """The sentence of the last of these frames; None where nothing is decided.
+
+    ``ahead`` is own ship's predicted track (east, north [m], heading [rad]) at
+    every step, from the last frame on.
+    """
+    frame = frames[-1]
+    if frame.decision is None:
+        return None
+    voyage = series([_short(f) for f in frames[-FRAMES:]])
+    coming = "" if ahead is None else _coming(frame, ahead, step_s)
+    return Now(_what(voyage, frame), _why(voyage, frame), coming)
+
+
+def _short(frame: Frame) -> Frame:
+    """The frame with only the ships that the pilot was shown."""
+    return msgspec.structs.replace(frame, targets=[t for t in frame.targets if t.fed])
+
+
+def _what(voyage: Series, frame: Frame) -> str:
+    decision = frame.decision
+    assert decision is not None
+    rudder = decision.rudder_rad
+    helm = f"rudder {degrees(rudder)} to {side(rudder)}"
+    if abs(rudder) < RELEASE_RAD:
+        helm = "rudder amidships"
+    if not decision.applied:
+        return f"Advice: {helm}; heading {course(frame.own.heading_rad)}"
+    begin = _run(voyage).start
+    turned = float(voyage.heading_rad[-1] - voyage.heading_rad[begin])
+    if abs(rudder) < RELEASE_RAD or abs(turned) < TURN_RAD:
+        return f"{helm.capitalize()}, heading {course(frame.own.heading_rad)}"
+    long = lasting(float(voyage.time_s[-1] - voyage.time_s[begin]))
+    done = f"{degrees(turned)} to {side(turned)} in {long}"
+    return f"{helm.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
+
+
+def _why(voyage: Series, frame: Frame) -> str:
+    run = _run(voyage)
+    if run.turn_rad == 0:
+        return _nearest(frame)
+    reasons = why(voyage, run).lstrip(":; ")
+    text = f"{reasons[:1].upper()}{reasons[1:]}"
+    more = focus(voyage, run).rstrip(".")
+    return f"{text}. {more}" if more else text
+
+
+def _run(voyage: Series) -> Episode:
+    """The last frames in which the rudder was meant for the same side as now."""
+    rudder = np.nan_to_num(voyage.rudder_rad)
+    last = len(rudder) - 1
+    way = 0.0 if abs(rudder[last]) < RELEASE_RAD else math.copysign(1.0, rudder[last])
+    same = np.abs(rudder) < RELEASE_RAD if way == 0 else rudder * way >= RELEASE_RAD
+    others = np.flatnonzero(~same)
+    return Episode(int(others[-1]) + 1 if others.size else 0, last, way * abs(rudder[last]))
+
+
+def _nearest(frame: Frame) -> str:
+    """Why nothing is done: which ship comes nearest, as a mere fact."""
+    closing = [t for t in frame.targets if 0 < t.tcpa_s < CPA_HORIZON_S and not t.lost]
+    if not closing:
+        return "No ship is closing"
+    ship = min(closing, key=lambda t: t.dcpa_m)
+    return f"Nearest is {ship.name} ({approach(ship.dcpa_m, ship.tcpa_s)})"
+
+
+def _coming(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -> str:
+    """Where the predicted track leads, and whom it passes nearest."""
+    heading = np.unwrap(ahead[:, 2])
+    parts = [_turns(heading, step_s), _passing(frame, ahead, step_s)]
+    text = "; ".join(part for part in parts if part)
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def _turns(heading: Float[np.ndarray, " steps"], step_s: float) -> str:
+    """The first alteration of a predicted heading, and the one back."""
+    extreme = int(np.argmax(np.abs(heading - heading[0])))
+    turn = float(heading[extreme] - heading[0])
+    if abs(turn) < TURN_RAD:
+        return f"steady on {course(float(heading[-1]))} for {lasting(step_s * (len(heading) - 1))}"
+    reached = int(np.flatnonzero(np.abs(heading - heading[extreme]) <= REACHED_RAD)[0])
+    text = f"to {course(float(heading[extreme]))} in {lasting(step_s * reached)}"
+    back = float(heading[-1] - heading[extreme])
+    if abs(back) < TURN_RAD:
+        return text
+    home = np.flatnonzero(np.abs(heading - heading[-1]) <= REACHED_RAD)
+    arrived = step_s * int(home[home > extreme][0])
+    return f"{text}, back to {course(float(heading[-1]))} in {lasting(arrived)}"
+
+
+def _passing(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -> str:
+    """Whom the predicted track passes nearest, if all targets keep straight on."""
+    best: tuple[float, str] | None = None
+    time = step_s * np.arange(len(ahead))
+    for ship in frame.targets:
+        if ship.lost:
+            continue
+        east = ship.east_m + time * ship.speed_m_s * math.sin(ship.course_rad) - ahead[:, 0]
+        north = ship.north_m + time * ship.speed_m_s * math.cos(ship.course_rad) - ahead[:, 1]
+        away = np.hypot(east, north)
+        k = int(np.argmin(away))
+        if 0 < k < len(away) - 1 and (best is None or away[k] < best[0]):
+            bearing = math.atan2(east[k], north[k]) - float(ahead[k, 2])
+            bearing = (bearing + math.pi) % (2 * math.pi) - math.pi
+            place = f"{miles(float(away[k]))} {where(bearing)} in {lasting(float(time[k]))}"
+            best = float(away[k]), f"{ship.name} passes {place}"
+    return "" if best is None else best[1]

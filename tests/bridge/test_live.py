@@ -1,0 +1,139 @@
+"""Live sessions on a feed made by hand: own ship and one target, at the stream's own time."""
+
+import asyncio
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from glasshelm.bridge.live import Live
+from glasshelm.encounters.recorded import LOST_AFTER_S
+from glasshelm.errors import InputError
+from glasshelm.feeds.picture import Picture
+from glasshelm.feeds.types import Counts, Feed, Report
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.voyage import LOST_SHOWN_S
+
+START = datetime(2014, 8, 15, 17, 0, tzinfo=UTC)
+NORTH_M_DEG = 111_132.0
+OWN_M_S, TARGET_M_S = 5.0, 7.0
+
+
+def report(id: str, time_s: float, north_m: float, speed: float, own: bool = False) -> Report:
+    latitude = (north_m + speed * time_s) / NORTH_M_DEG
+    return Report(
+        id=id,
+        time=START + timedelta(seconds=time_s),
+        latitude_deg=latitude,
+        longitude_deg=25.0,
+        course_rad=0.0,
+        speed_m_s=speed,
+        own=own,
+    )
+
+
+class Made:
+    """A feed of reports given beforehand, that then stays silent."""
+
+    title = "made"
+    connected = True
+    trouble = None
+
+    def __init__(self):
+        self.counts = Counts()
+        self.given: list[Report] = []
+
+    async def reports(self):
+        for one in self.given:
+            yield one
+
+
+class Clock(Picture):
+    """A picture whose stream's time the test sets."""
+
+    time_s = 0.0
+
+    def now(self):
+        return None if self.heard is None else START + timedelta(seconds=self.time_s)
+
+
+@pytest.fixture
+def live(tmp_path):
+    feed, picture = Made(), Clock()
+    assert isinstance(feed, Feed)
+    session = Live("tcp://made:1", feed, picture, StraightPilot(), "paper", tmp_path)
+
+    def at(time_s: float, own: bool = True, target: bool = True):
+        feed.given = []
+        if own:
+            feed.given.append(report("230000001", time_s, 0.0, OWN_M_S, own=True))
+        if target:
+            feed.given.append(report("230000002", time_s, 3000.0, TARGET_M_S))
+        asyncio.run(session.listen())
+        picture.time_s = time_s
+        return session.forward()
+
+    yield session, at
+    session.close()
+
+
+def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
+    session, at = live
+    assert session.forward() is None
+    assert session.card.notes == ("nothing heard yet",)
+    assert at(0.0, own=False) is None
+    assert "no position of own ship" in session.card.notes[0]
+    frames = [at(1.0 + 5.0 * k) for k in range(4)]
+    assert [f.time_s for f in frames] == [0.0, 5.0, 10.0, 15.0]
+    for k, one in enumerate(frames):
+        (target,) = one.targets
+        assert target.range_m == pytest.approx(3000.0 + 2.0 * (1 + 5 * k), rel=0.01)
+        assert (target.age_s, target.lost) == (pytest.approx(0.0, abs=0.01), False)
+        assert one.decision.applied is False
+        assert one.time_utc == f"2014-08-15T17:00:{1 + 5 * k:02d}Z"
+    assert [f.source for f in frames] == ["tcp://made:1"] * 4
+    silent = [at(16.0 + 5.0 * k, target=False).targets[0] for k in range(1, 4)]
+    assert [t.age_s for t in silent] == pytest.approx([5.0, 10.0, 15.0], abs=0.01)
+    assert session.heard_s == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_ship_not_heard_is_lost_then_gone(live):
+    _, at = live
+    at(0.0)
+    found = {t: at(float(t), target=False).targets for t in range(60, 860, 100)}
+    gone = 260.0 + LOST_SHOWN_S  # at 260 s she was there for the last time
+    assert {t: [s.lost for s in ships] for t, ships in found.items()} == {
+        t: [] if t > gone else [t >= LOST_AFTER_S] for t in found
+    }
+    stayed = [s.north_m for t, ships in found.items() if t >= LOST_AFTER_S for s in ships]
+    assert len(set(stayed)) == 1  # shown where she was last, not where she might be
+
+
+def test_everything_is_logged_and_a_clock_that_jumps_back_begins_a_new_log(live, tmp_path):
+    session, at = live
+    for k in range(3):
+        at(7200.0 + 5.0 * k)
+    first = session.record.path
+    assert len(first.read_text().splitlines()) == 3
+    for k in range(5):  # it takes more than one report to believe another time
+        at(5.0 * k)
+    assert session.record.path != first
+    times = list(session.record.times)
+    assert times == [5.0 * k for k in range(len(times))]
+    assert session.at == len(times) - 1 >= 2
+
+
+def test_another_pilot_beside_and_what_cannot_be_done(live):
+    session, at = live
+    at(0.0)
+    with pytest.raises(InputError, match="as it is now"):
+        session.seek(0.0)
+    session.compare(StraightPilot())
+    assert session.beside_now() is None
+    at(5.0)
+    assert b'"time_s":5.0' in session.beside_now()
+    session.compare(None)
+    assert session.beside_now() is None
+    session.hand_over(StraightPilot())
+    assert at(10.0).time_s == 10.0
+    ahead = session.predicted()
+    assert ahead.rows[-1, 1] - ahead.rows[0, 1] == pytest.approx(1200 * OWN_M_S, rel=0.01)

@@ -1,0 +1,257 @@
+"""The server as a page meets it: requests in, messages out."""
+
+import contextlib
+import json
+
+import pytest
+from starlette.testclient import TestClient, WebSocketTestSession
+
+from glasshelm import logbook
+from glasshelm.bridge.app import application
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.conductor import Conductor
+from glasshelm.bridge.guard import Guard
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import LARGEST
+from glasshelm.bridge.opening import prepared
+
+URL = "ws://127.0.0.1/ws"
+
+
+class Page:
+    """A viewer that keeps what it is told, as the page does."""
+
+    def __init__(self, socket: WebSocketTestSession):
+        self._socket = socket
+        self.session: dict = {}
+        self.frames: list[dict] = []
+        self.now: dict = {}
+        self.failures: list[str] = []
+
+    def ask(self, type: str, **fields) -> "Page":
+        self._socket.send_text(json.dumps({"type": type, **fields}))
+        return self
+
+    def hear(self) -> str:
+        message = self._socket.receive_json()
+        kind = message["type"]
+        if kind == "session":
+            self.session = message
+        elif kind == "history":
+            self.frames = message["frames"]
+        elif kind == "frame":
+            self.now = message
+            self.frames.append(message["frame"])
+        elif kind == "failure":
+            self.failures.append(message["message"])
+        return kind
+
+    def until(self, *kinds: str) -> "Page":
+        """Hear until a message of each kind came, in this order."""
+        for kind in kinds:
+            for _ in range(1000):
+                if self.hear() == kind:
+                    break
+            else:
+                raise AssertionError(f"no {kind} came")
+        return self
+
+    @property
+    def times(self) -> list[float]:
+        return [frame["time_s"] for frame in self.frames]
+
+
+@contextlib.contextmanager
+def bridge(folder, source: str | None = "imazu:1", pilot: str = "straight"):
+    catalogue = Catalogue(Shelf(folder))
+    first = None
+    if source is not None:
+        first = prepared(catalogue, folder, source, pilot, "paper", None, None)
+    app = application(Conductor(catalogue, folder), Guard("127.0.0.1", None), first)
+    with TestClient(app, base_url="http://127.0.0.1") as client:
+        yield client
+
+
+@contextlib.contextmanager
+def page(client: TestClient):
+    with client.websocket_connect(URL) as socket:
+        yield Page(socket)
+
+
+def test_a_voyage_is_played_paused_sought_and_logged(tmp_path):
+    with bridge(tmp_path) as client, page(client) as viewer:
+        assert viewer.hear() == "hello"
+        viewer.until("session", "history", "frame", "alarms")
+        assert viewer.session["mode"] == "simulated"
+        assert viewer.session["playing"]
+        assert viewer.times == [0.0]
+        assert len(viewer.now["path"]) == 41
+        assert viewer.now["path"][1] == pytest.approx([0.0, 30 * 10 * 1852 / 3600], abs=0.1)
+        viewer.ask("rate", rate=60).until("frame", "frame", "frame")
+        assert viewer.times == [0.0, 5.0, 10.0, 15.0]
+        viewer.ask("pause").until("session")
+        while viewer.session["playing"]:
+            viewer.hear()
+        viewer.ask("seek", time_s=1502.0).until("history", "frame")
+        assert viewer.times == [5.0 * k for k in range(301)]
+        assert viewer.now["encounters"]["1"] == {
+            "type": "head-on",
+            "role": "give-way",
+            "rule": "14",
+        }
+        viewer.ask("seek", time_s=20.0).until("history", "frame")
+        assert viewer.times == [0.0, 5.0, 10.0, 15.0, 20.0]
+        assert viewer.session["seekable_to_s"] == 3600.0
+        log = tmp_path / viewer.session["log"]
+        whole = [json.loads(line) for line in log.read_text().splitlines()]
+        assert whole[:5] == viewer.frames
+        assert len(list(logbook.read(log))) == 301
+
+
+def test_a_late_joiner_gets_what_the_others_have_and_all_see_the_same(tmp_path):
+    with bridge(tmp_path) as client, page(client) as first:
+        first.until("alarms").ask("pause").until("session")
+        first.ask("seek", time_s=100.0).until("history", "frame")
+        with page(client) as second:
+            assert second.hear() == "hello"
+            second.until("session", "history", "frame", "alarms")
+            assert second.frames == first.frames
+            assert not second.session["playing"]
+            second.ask("rate", rate=60).ask("play")
+            first.until("frame", "frame")
+            second.until("frame", "frame")
+            assert second.frames == first.frames
+
+
+def test_another_pilot_from_the_frame_shown_on_and_one_beside(tmp_path):
+    with bridge(tmp_path, "imazu:2") as client, page(client) as viewer:
+        viewer.until("alarms").ask("pause").until("session")
+        viewer.ask("seek", time_s=50.0).until("history", "frame")
+        before = list(viewer.frames)
+        viewer.ask("compare", name="paper-planner").until("history", "frame")
+        assert viewer.now["compare"]["pilot"] == "paper-planner"
+        assert viewer.now["compare"]["time_s"] == 50.0
+        assert viewer.session["compare"] == "paper-planner"
+        viewer.ask("pilot", name="paper-planner").until("history", "frame")
+        assert viewer.session["pilot"] == "paper-planner"
+        assert viewer.frames[:-1] == before[:-1]
+        assert viewer.frames[-1]["pilot"] == "paper-planner"
+        assert viewer.frames[-1]["own"] == before[-1]["own"]
+        viewer.ask("seek", time_s=600.0).until("history", "frame")
+        pilots = [frame["pilot"] for frame in viewer.frames]
+        assert pilots == ["straight"] * 10 + ["paper-planner"] * 111
+        assert abs(viewer.frames[-1]["own"]["heading_rad"]) > 0.1  # it gives way; straight did not
+        viewer.ask("compare", name=None).until("history", "frame")
+        assert "compare" not in viewer.now
+
+
+def test_a_recorded_ship_keeps_her_track_while_the_pilot_advises(tmp_path):
+    with bridge(tmp_path, None) as client, page(client) as viewer:
+        viewer.until("hello")
+        viewer.ask("seek", time_s=5.0).until("failure")
+        viewer.ask("open", source="gulf-of-finland", pilot="straight").until("history", "frame")
+        assert viewer.session["mode"] == "recorded"
+        assert viewer.now["frame"]["decision"]["applied"] is False
+        viewer.ask("pause").until("session").ask("seek", time_s=120.0).until("history", "frame")
+        assert len(viewer.now["frame"]["targets"]) > 30
+        assert viewer.now["frame"]["time_utc"].startswith("2014-08-15")
+
+
+def test_a_log_is_replayed_and_scrubbed_as_it_was(tmp_path):
+    with bridge(tmp_path) as client:
+        with page(client) as viewer:
+            viewer.until("alarms").ask("pause").until("session")
+            viewer.ask("seek", time_s=200.0).until("history", "frame")
+            sailed, name = viewer.frames, viewer.session["log"]
+        with page(client) as viewer:
+            logs = [viewer._socket.receive_json()["catalogue"]["logs"][0]["name"]]
+            assert logs == [name]
+            viewer.until("alarms").ask("replay", log=name).until("session", "history", "frame")
+            while viewer.session["mode"] != "replay":
+                viewer.until("session", "history", "frame")
+            viewer.ask("seek", time_s=1e6).until("history", "frame")
+            assert viewer.frames == sailed
+            assert viewer.session["end_s"] == 200.0
+            viewer.ask("seek", time_s=52.0).until("history", "frame")
+            assert viewer.frames == sailed[:11]
+            viewer.ask("pilot", name="straight").until("failure")
+            viewer.ask("compare", name="straight").until("failure")
+
+
+SECRETS = [
+    ("open", {"source": "/etc/passwd"}),
+    ("open", {"source": "secret.json"}),
+    ("open", {"source": "../secret.json"}),
+    ("open", {"source": "random:1/../secret"}),
+    ("open", {"source": "imazu:../../secret"}),
+    ("open", {"source": "tcp://127.0.0.1:22"}),
+    ("open", {"source": "live:secret.json"}),
+    ("open", {"source": "imazu:1", "own": "1"}),
+    ("open", {"source": "imazu:1", "ship": "/etc/passwd"}),
+    ("open", {"source": "imazu:1", "pilot": "weights.safetensors"}),
+    ("open", {"source": "imazu:1", "pilot": "os:system"}),
+    ("pilot", {"name": "os:system"}),
+    ("pilot", {"name": "/tmp/weights.safetensors"}),
+    ("compare", {"name": "weights.safetensors"}),
+    ("replay", {"log": "../secret.jsonl"}),
+    ("replay", {"log": "/etc/passwd"}),
+    ("acknowledge", {"id": "cpa-1"}),
+]
+
+
+def test_no_path_of_the_disk_is_reached_and_the_session_goes_on(tmp_path, monkeypatch):
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    monkeypatch.chdir(tmp_path)
+    for name in ("secret.json", "secret.jsonl", "weights.safetensors", "random:1"):
+        (tmp_path / name).write_text("secret contents")
+    with bridge(logs) as client, page(client) as viewer:
+        viewer.until("alarms")
+        for type, fields in SECRETS:
+            viewer.ask(type, **fields).until("failure")
+            said = viewer.failures[-1]
+            assert "secret contents" not in said, fields
+            assert str(tmp_path) not in said, fields
+            assert "\n" not in said, fields
+        assert len(viewer.failures) == len(SECRETS)
+        # A generator is one, whatever files there are.
+        viewer.ask("open", source="random:1", pilot="straight").until("history", "frame")
+        assert viewer.session["source"] == "random:1"
+
+
+def test_mangled_messages_are_answered_counted_and_survived(tmp_path):
+    mangled = ["", "{", "null", "[1]", '{"type":"fly"}', '{"type":"rate","rate":1e9}', "\x00"]
+    with bridge(tmp_path) as client, page(client) as viewer:
+        viewer.until("alarms").ask("pause").until("session")
+        for text in mangled:
+            viewer._socket.send_text(text)
+            viewer.until("failure")
+        viewer._socket.send_bytes(b"\xff\x00")
+        viewer.until("failure")
+        viewer.ask("ping", filler="x" * LARGEST).until("failure")
+        assert "at most" in viewer.failures[-1]
+        assert client.get("/api/health").json()["refused_messages"] == len(mangled) + 2
+        viewer.ask("ping").until("pong")
+
+
+def test_alarms_reach_all_viewers_and_are_acknowledged_for_all(tmp_path):
+    with bridge(tmp_path) as client, page(client) as first, page(client) as second:
+        first.until("alarms").ask("pause").until("session")
+        second.until("alarms")
+        first.ask("seek", time_s=1500.0)
+        alarms = _alarms(first)
+        assert [(a["target"], a["state"]) for a in alarms] == [("1", "unacknowledged")]
+        assert alarms == _alarms(second)
+        second.ask("acknowledge", id=alarms[0]["id"])
+        for viewer in (first, second):
+            assert [a["state"] for a in _alarms(viewer)] == ["acknowledged"]
+        first.ask("limits", dcpa_m=1852.0, tcpa_s=60.0)
+        assert _alarms(first) == []
+
+
+def _alarms(viewer: Page) -> list[dict]:
+    """The next list of alarms that is not the empty one of the beginning."""
+    while True:
+        message = viewer._socket.receive_json()
+        if message["type"] == "alarms":
+            return message["alarms"]
