@@ -9,10 +9,14 @@ DEMO := out/demo
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: help install test demo bench safety lint format wheel clean
+PAGE := src/glasshelm/bridge/static/index.html
+PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
+
+.PHONY: help install test page page-test demo bench safety lint format wheel clean
 
 help:
 	@echo "make test    all tests"
+	@echo "make page    the bridge page, built into the package (Node from PyPI if none is there)"
 	@echo "make demo    two explained encounters, each a page to read in the browser"
 	@echo "make bench   measured speeds of this machine"
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
@@ -28,7 +32,17 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	$(BIN)/python -m pip install -q -e '.[test]'
 	@touch $@
 
-test: install
+page: $(PAGE)
+
+$(PAGE): $(PAGE_SOURCES)
+	PYTHON=$(PYTHON) scripts/page build
+	@touch $@
+
+page-test:
+	PYTHON=$(PYTHON) scripts/page check
+	PYTHON=$(PYTHON) scripts/page test
+
+test: install page
 	$(BIN)/python -m pytest $(PYTEST_FLAGS)
 
 lint: install
@@ -60,7 +74,7 @@ bench: install
 safety: install
 	$(BIN)/python benchmarks/safety.py
 
-wheel: install
+wheel: install page
 	rm -rf dist
 	$(BIN)/python -m build --wheel --outdir dist
 	scripts/test-wheel dist/*.whl $(PYTHON)

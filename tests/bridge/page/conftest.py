@@ -1,0 +1,188 @@
+"""A real server, a real browser: the page as a viewer has it."""
+
+import dataclasses
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import glasshelm
+
+BUILT = Path(glasshelm.__file__).parent / "bridge" / "static" / "index.html"
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+#: Compiling a pilot's program for the first time takes so long on a slow machine [s].
+PATIENCE_S = 120.0
+
+
+@dataclasses.dataclass
+class Server:
+    """``glasshelm bridge`` as a process of its own, which can be killed and begun again."""
+
+    source: str
+    port: int
+    logs: Path
+    more: tuple[str, ...] = ()
+    process: "subprocess.Popen[bytes] | None" = None
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}/"
+
+    def start(self) -> None:
+        command = [sys.executable, "-m", "glasshelm", "bridge", self.source, *self.more]
+        options = ["--port", str(self.port), "--no-open", "--log", str(self.logs)]
+        said = (self.logs / "server.txt").open("ab")
+        path = [str(Path(glasshelm.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+        env = {**os.environ, "PYTHONPATH": os.pathsep.join(path), "JAX_PLATFORMS": "cpu"}
+        self.process = subprocess.Popen(command + options, stdout=said, stderr=said, env=env)
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            if self.process.poll() is not None:
+                break
+            try:
+                with urllib.request.urlopen(self.url + "api/health", timeout=2) as answer:
+                    if answer.status == 200:
+                        return
+            except OSError:
+                time.sleep(0.2)
+        raise AssertionError((self.logs / "server.txt").read_text())
+
+    def kill(self) -> None:
+        """As a power cut would."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait(10)
+
+    def ask(self, *messages: dict[str, Any]) -> None:
+        """Say this to the server as another viewer, and wait until it has been done."""
+        from websockets.sync.client import connect
+
+        with connect(self.url.replace("http", "ws") + "ws", max_size=None) as line:
+            for message in messages:
+                line.send(json.dumps(message))
+            line.send(json.dumps({"type": "ping"}))
+            until = time.monotonic() + PATIENCE_S
+            while time.monotonic() < until:
+                said = json.loads(line.recv(timeout=PATIENCE_S))
+                if said["type"] == "failure":
+                    raise AssertionError(said["message"])
+                if said["type"] == "pong":
+                    return
+        raise AssertionError("the server did not answer")
+
+    def shown(self) -> dict[str, Any]:
+        """The messages that a viewer gets who comes now, by their type."""
+        from websockets.sync.client import connect
+
+        got: dict[str, Any] = {}
+        with connect(self.url.replace("http", "ws") + "ws", max_size=None) as line:
+            while not {"session", "frame", "alarms"} <= set(got):
+                message = json.loads(line.recv(timeout=PATIENCE_S))
+                got[message["type"]] = message
+        return got
+
+
+#: The visible words of an element, those within its shadow too.
+_WORDS = """
+    found => found.shadowRoot
+      ? [...found.shadowRoot.children].map(child => child.innerText ?? "").join("\\n")
+      : found.innerText
+"""
+
+
+def words(page: Any, part: str) -> str:
+    """What a viewer reads in a part of the page, in one line."""
+    return " ".join(page.locator(part).first.evaluate(_WORDS).split())
+
+
+def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 30.0) -> None:
+    """Until the words of a part hold the pattern; fails with what they are instead."""
+    until = time.monotonic() + seconds
+    said = ""
+    while time.monotonic() < until:
+        if page.locator(part).count():
+            said = words(page, part)
+            if re.search(pattern, said):
+                return
+        page.wait_for_timeout(100)
+    raise AssertionError(f"{part}: waited for {pattern!r}, it says {said!r}")
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Debian's Chromium; these tests are skipped where there is none."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    named = os.environ.get("GLASSHELM_CHROMIUM")
+    found = named or next((path for path in map(shutil.which, NAMES) if path), None)
+    if found is None:
+        pytest.skip("no Chromium on this machine: scripts/install-chromium installs it")
+    if not BUILT.is_file():
+        pytest.skip("the page is not built: make page")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=found, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Server]]:
+    """Begin a server of a source; all are ended with the module."""
+    begun: list[Server] = []
+
+    def begin(source: str, *more: str) -> Server:
+        server = Server(source, free_port(), tmp_path_factory.mktemp("logs"), more)
+        server.start()
+        begun.append(server)
+        return server
+
+    yield begin
+    for server in begun:
+        server.kill()
+
+
+@pytest.fixture
+def look(chromium: Any) -> Iterator[Callable[..., Any]]:
+    """Open the page as a new viewer; any error in its console fails the test."""
+    contexts: list[Any] = []
+    errors: list[str] = []
+
+    def visit(server: Server, width: int = 1280, height: int = 800, **settings: Any) -> Any:
+        context = chromium.new_context(
+            viewport={"width": width, "height": height}, bypass_csp=True, reduced_motion="reduce"
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(30_000)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
+        if settings:
+            kept = json.dumps(json.dumps(settings))
+            page.add_init_script(
+                f"localStorage.getItem('glasshelm') ?? localStorage.setItem('glasshelm', {kept})"
+            )
+        page.goto(server.url)
+        page.wait_for_selector("gh-plan canvas[aria-label*='range']")
+        return page
+
+    yield visit
+    for context in contexts:
+        context.close()
+    # A connection that is refused while a server is down is the browser's line, not the page's.
+    assert [e for e in errors if "ERR_CONNECTION" not in e and "WebSocket" not in e] == []

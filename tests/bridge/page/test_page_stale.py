@@ -1,0 +1,99 @@
+"""What is not of now is never shown as if it were; the page comes back by itself."""
+
+import socketserver
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from pyais.encode import encode_dict
+from tests.bridge.page.conftest import Server, free_port, wait_for_words, words
+
+Visit = Callable[..., Any]
+
+
+def test_page_says_so_when_the_server_dies_and_comes_back_by_itself(
+    serve: Callable[..., Server], look: Visit
+) -> None:
+    server = serve("imazu:5")
+    page = look(server)
+    wait_for_words(page, "gh-top-bar", "Playing")
+    assert page.locator("gh-plan .stale-word").count() == 0
+    server.kill()
+    wait_for_words(page, "gh-top-bar", r"No connection for \d+ s")
+    wait_for_words(page, "gh-plan", "NOT LIVE")
+    assert "stale" in (page.locator("gh-plan canvas").get_attribute("class") or "")
+    crossed = page.locator("gh-advice .angle")
+    assert "line-through" in crossed.evaluate("e => getComputedStyle(e).textDecoration")
+    page.keyboard.press(" ")
+    wait_for_words(page, "gh-notices", "no connection")
+    server.start()
+    wait_for_words(page, "gh-top-bar", "Playing", 60)
+    assert page.locator("gh-plan .stale-word").count() == 0
+    wait_for_words(page, "gh-top-bar", "Imazu case 5")
+
+
+class Receiver:
+    """An AIS receiver on TCP: own ship and one target, a report a second, until unplugged."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self._plugged = threading.Event()
+        receiver = self
+
+        class Line(socketserver.BaseRequestHandler):
+            def handle(self) -> None:
+                second = 0
+                while receiver._plugged.is_set():
+                    try:
+                        self.request.sendall(receiver._said(second))
+                    except OSError:
+                        return
+                    second += 1
+                    time.sleep(1.0)
+
+        class Lines(socketserver.ThreadingTCPServer):
+            allow_reuse_address, daemon_threads = True, True
+
+        self._lines = Lines
+        self._line = Line
+
+    def plug(self) -> None:
+        self._plugged.set()
+        self._server = self._lines(("127.0.0.1", self.port), self._line)
+        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+
+    def unplug(self) -> None:
+        self._plugged.clear()
+        self._server.shutdown()
+        self._server.server_close()
+
+    def _said(self, second: int) -> bytes:
+        moving = {"type": 1, "speed": 10.0, "status": 0, "second": second % 60}
+        north = 10 * second / 3600 / 60
+        own = {"mmsi": 230000001, "lat": 59.7 + north, "lon": 24.7, "course": 0.0, "heading": 0}
+        other = {"mmsi": 230000102, "lat": 59.76, "lon": 24.74, "course": 270.0, "heading": 270}
+        lines = encode_dict({**moving, **own}, talker_id="AI", sentence_type="VDO")
+        lines += encode_dict({**moving, **other}, talker_id="AI", sentence_type="VDM")
+        return "".join(f"{line}\r\n" for line in lines).encode()
+
+
+def test_live_traffic_is_live_only_while_it_is_heard(
+    serve: Callable[..., Server], look: Visit
+) -> None:
+    receiver = Receiver()
+    receiver.plug()
+    try:
+        page = look(serve(f"tcp://127.0.0.1:{receiver.port}"))
+        wait_for_words(page, "gh-top-bar .state", "^Live$", 60)
+        assert "advises only" in words(page, "gh-advice")
+        assert page.get_by_role("button", name="Play").count() == 0
+        wait_for_words(page, "gh-target-list tr[data-id='230000102'] .age", r"^\d s$")
+        receiver.unplug()
+        wait_for_words(page, "gh-top-bar .state", "not connected|Nothing heard", 60)
+        wait_for_words(page, "gh-plan", "NOT LIVE")
+        receiver.plug()
+        wait_for_words(page, "gh-top-bar .state", "^Live$", 60)
+        assert page.locator("gh-plan .stale-word").count() == 0
+    finally:
+        receiver.unplug()

@@ -1,0 +1,142 @@
+/** The page: where its parts lie, and the keyboard. */
+
+import { css, html, LitElement, nothing } from "lit";
+import { customElement, query } from "lit/decorators.js";
+
+import { watchAlarms } from "./beep";
+import { onKey } from "./keys";
+import "./parts/advice";
+import "./parts/alarm-strip";
+import "./parts/comparison";
+import "./parts/menu";
+import type { Menu } from "./parts/menu";
+import "./parts/notices";
+import "./parts/plan-bar";
+import "./parts/sentence";
+import "./parts/target-list";
+import "./parts/top-bar";
+import "./parts/transport";
+import "./parts/why";
+import "./plan/plan-display";
+import { store, Watch } from "./store";
+import { shared } from "./style/shared";
+
+@customElement("gh-app")
+export class App extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: grid;
+        grid-template-rows: auto auto minmax(0, 1fr) auto;
+        height: 100vh;
+        height: 100dvh;
+      }
+      .body {
+        display: grid;
+        grid-template-columns: minmax(0, 1fr) var(--side);
+        min-height: 0;
+      }
+      .level-1 {
+        --side: clamp(430px, 37vw, 520px);
+      }
+      .level-2 {
+        --side: clamp(520px, 44.5vw, 640px);
+      }
+      .level-3 {
+        --side: clamp(540px, 54vw, 900px);
+      }
+      .sea {
+        display: grid;
+        grid-template-rows: auto minmax(0, 1fr);
+        min-width: 0;
+        min-height: 0;
+      }
+      aside {
+        display: flex;
+        flex-direction: column;
+        min-height: 0;
+        border-left: 1px solid var(--gh-line);
+        background: var(--gh-panel);
+      }
+      .level-2 aside,
+      .level-3 aside {
+        overflow-y: auto;
+      }
+      .level-3 gh-target-list {
+        flex: 1 0 158px;
+      }
+      .stale gh-sentence,
+      .stale gh-target-list,
+      .stale gh-why {
+        filter: grayscale(1) opacity(0.5);
+      }
+      aside > * + * {
+        border-top: 1px solid var(--gh-line);
+      }
+      gh-target-list {
+        flex: 1 0 0;
+        min-height: 150px;
+      }
+      .head {
+        display: grid;
+      }
+      .level-2 .head,
+      .level-3 .head {
+        grid-template-columns: minmax(270px, 1fr) 1fr;
+      }
+    `,
+  ];
+
+  @query("gh-menu") private menu!: Menu;
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener("keydown", this.key);
+    store.start();
+    watchAlarms();
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener("keydown", this.key);
+  }
+
+  override willUpdate(): void {
+    document.documentElement.dataset.obcTheme = store.settings.all.palette;
+    document.title = store.session ? `${store.session.title} · Glasshelm` : "Glasshelm";
+  }
+
+  override render() {
+    const { level } = store.settings.all;
+    return html`
+      <gh-top-bar role="banner" @menu=${() => this.menu.open()}></gh-top-bar>
+      <gh-alarm-strip role="alert"></gh-alarm-strip>
+      <main class="body level-${level}">
+        <section class="sea" aria-label="Plan display">
+          <gh-plan-bar></gh-plan-bar>
+          <gh-plan></gh-plan>
+        </section>
+        <aside aria-label="Decision" class=${store.liveness.state === "stale" ? "stale" : ""}>
+          <div class="head">
+            <gh-advice></gh-advice>
+            <gh-sentence aria-live="polite"></gh-sentence>
+          </div>
+          ${store.session?.compare ? html`<gh-comparison></gh-comparison>` : nothing}
+          <gh-target-list></gh-target-list>
+          ${level > 1 ? html`<gh-why></gh-why>` : nothing}
+        </aside>
+      </main>
+      <gh-transport role="contentinfo"></gh-transport>
+      <gh-notices role="status"></gh-notices>
+      <gh-menu></gh-menu>
+    `;
+  }
+
+  private readonly key = (event: KeyboardEvent): void => onKey(event, () => this.menu.open());
+}

@@ -1,0 +1,92 @@
+/** The keyboard: one key, one thing; help is in the menu. */
+
+import { PALETTES } from "./domain/colours";
+import { SCALES_NM, stepped, VECTOR_MINUTES } from "./domain/view";
+import { seekTo, toggle } from "./parts/transport";
+import type { Level } from "./settings";
+import { store } from "./store";
+
+export const KEYS: [string, string][] = [
+  ["Space", "play or pause"],
+  ["← →", "one minute back, on"],
+  ["↑ ↓", "select the ship above, below"],
+  ["Esc", "select no ship"],
+  ["A", "acknowledge the nearest alarm"],
+  ["+ −", "smaller, larger range"],
+  ["H N C", "head, north, course up"],
+  ["M", "relative or true motion"],
+  ["V", "true or relative vectors"],
+  ["[ ]", "shorter, longer vectors"],
+  ["1 2 3", "detail"],
+  ["P", "next palette"],
+  ["?", "menu and this list"],
+];
+
+export function onKey(event: KeyboardEvent, openMenu: () => void): void {
+  if (event.ctrlKey || event.metaKey || event.altKey || typing(event)) return;
+  const action = actions(openMenu)[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (!action) return;
+  event.preventDefault();
+  action();
+}
+
+function actions(openMenu: () => void): Record<string, () => void> {
+  const { settings } = store;
+  const now = settings.all;
+  const level = (n: Level) => () => settings.set({ level: n });
+  const range = (step: -1 | 1) => () =>
+    settings.set({ range_nm: stepped<number>(SCALES_NM, now.range_nm, step) });
+  const vector = (step: -1 | 1) => () =>
+    settings.set({ vector_min: stepped<number>(VECTOR_MINUTES, now.vector_min, step) });
+  return {
+    " ": toggle,
+    ArrowLeft: () => seek(-60),
+    ArrowRight: () => seek(60),
+    ArrowUp: () => neighbour(-1),
+    ArrowDown: () => neighbour(1),
+    Escape: () => store.select(null),
+    a: acknowledge,
+    "+": range(-1),
+    "=": range(-1),
+    "-": range(1),
+    h: () => settings.set({ orientation: "head-up" }),
+    n: () => settings.set({ orientation: "north-up" }),
+    c: () => settings.set({ orientation: "course-up" }),
+    m: () => settings.set({ motion: now.motion === "true" ? "relative" : "true" }),
+    v: () => settings.set({ vectors: now.vectors === "true" ? "relative" : "true" }),
+    "[": vector(-1),
+    "]": vector(1),
+    "1": level(1),
+    "2": level(2),
+    "3": level(3),
+    p: () =>
+      settings.set({ palette: PALETTES[(PALETTES.indexOf(now.palette) + 1) % PALETTES.length]! }),
+    "?": openMenu,
+  };
+}
+
+/** Whether the key belongs to a field, a button or an open dialogue. */
+function typing(event: KeyboardEvent): boolean {
+  const path = event.composedPath();
+  const inDialog = path.some((e) => e instanceof HTMLDialogElement);
+  const field = path[0] instanceof HTMLInputElement || path[0] instanceof HTMLSelectElement;
+  const pressing = path[0] instanceof HTMLButtonElement && event.key === " ";
+  return inDialog || field || pressing;
+}
+
+function seek(by_s: number): void {
+  if (store.frame) seekTo(store.frame.time_s + by_s);
+}
+
+function neighbour(step: -1 | 1): void {
+  const ids = store.rows.map((row) => row.target.id);
+  const k = store.selected ? ids.indexOf(store.selected) : step > 0 ? -1 : ids.length;
+  const next = ids[Math.min(Math.max(k + step, 0), ids.length - 1)];
+  if (next && next !== store.selected) store.select(next);
+}
+
+function acknowledge(): void {
+  const open = store.alarms.filter((a) => a.state === "unacknowledged");
+  const nearest = open.sort((a, b) => a.tcpa_s - b.tcpa_s)[0];
+  if (nearest) store.send({ type: "acknowledge", id: nearest.id });
+}

@@ -1,0 +1,3 @@
+import "@oicl/openbridge-webcomponents/dist/openbridge.css";
+import "./style/theme.css";
+import "./app";

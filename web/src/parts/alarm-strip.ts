@@ -1,0 +1,137 @@
+/**
+ * A row that is always there: CPA alarms (red and flashing until acknowledged, computed by
+ * the server without the AI) or that there are none, and what this page is not.
+ */
+
+import { css, html, LitElement, nothing } from "lit";
+import { customElement } from "lit/decorators.js";
+
+import { clock, miles, shipName } from "../domain/units";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+import { chip } from "./chip";
+import type { Alarm, Limits } from "../wire";
+
+/** Alarms told one by one; the list marks the others. */
+const MOST = 3;
+
+@customElement("gh-alarm-strip")
+export class AlarmStrip extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: flex;
+        align-items: center;
+        justify-content: space-between;
+        gap: 12px;
+        min-height: 42px;
+        padding: 3px 12px;
+        background: var(--gh-panel);
+        border-bottom: 1px solid var(--gh-line);
+      }
+      ul {
+        display: flex;
+        flex-wrap: wrap;
+        gap: 6px;
+        margin: 0;
+        padding: 0;
+        list-style: none;
+      }
+      .advisory {
+        flex: none;
+        font-weight: 600;
+        color: var(--gh-on-warn);
+        background: var(--gh-warn);
+        border-radius: 4px;
+        padding: 3px 10px;
+      }
+      li {
+        display: flex;
+        align-items: center;
+        gap: 8px;
+        border-radius: 4px;
+        border: 2px solid var(--gh-alarm);
+        color: var(--gh-ink);
+        padding: 2px 3px 2px 10px;
+        font-weight: 600;
+      }
+      li.unacknowledged {
+        background: var(--gh-alarm);
+        color: var(--gh-on-alarm);
+        animation: flash 1s steps(2, jump-none) infinite;
+      }
+      @keyframes flash {
+        to {
+          border-color: var(--gh-panel);
+        }
+      }
+      button {
+        min-height: 28px;
+      }
+      li button {
+        background: var(--gh-panel);
+        color: var(--gh-ink);
+      }
+      .cause {
+        background: none;
+        border: 0;
+        padding: 0;
+        color: inherit;
+      }
+      .acknowledged {
+        padding-right: 10px;
+      }
+    `,
+  ];
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const alarms = [...store.alarms].sort(
+      (a, b) => Number(a.state === "acknowledged") - Number(b.state === "acknowledged") || a.tcpa_s - b.tcpa_s,
+    );
+    const open = alarms.filter((a) => a.state === "unacknowledged");
+    const more = alarms.length - MOST;
+    return html`
+      ${alarms.length ? nothing : html`<span class="soft">${quiet(store.limits)}</span>`}
+      <ul aria-label="CPA alarms">
+        ${alarms.slice(0, MOST).map((alarm) => this.one(alarm))}
+        ${more > 0 ? html`<li class="acknowledged">and ${more} more</li>` : nothing}
+        ${open.length > 1
+          ? html`<button @click=${() => open.forEach((a) => this.acknowledge(a))}>
+              Acknowledge all ${open.length}
+            </button>`
+          : nothing}
+      </ul>
+      <span class="advisory">Advisory, not type-approved</span>
+    `;
+  }
+
+  private one(alarm: Alarm) {
+    return html`
+      <li class=${alarm.state} title=${alarm.cause}>
+        ${store.book.place(alarm.target) === null ? nothing : chip(alarm.target)}
+        <button class="cause number" @click=${() => store.select(alarm.target)}>
+          CPA ${shipName(alarm.name)} ${miles(alarm.dcpa_m)} NM in ${clock(alarm.tcpa_s)}
+        </button>
+        ${alarm.state === "unacknowledged"
+          ? html`<button @click=${() => this.acknowledge(alarm)}
+              aria-label="Acknowledge the alarm of ${alarm.name}">Acknowledge</button>`
+          : nothing}
+      </li>
+    `;
+  }
+
+  private acknowledge(alarm: Alarm): void {
+    store.send({ type: "acknowledge", id: alarm.id });
+  }
+}
+
+function quiet(limits: Limits | null): string {
+  if (!limits) return "CPA alarm limits not known yet";
+  return `No CPA alarm (limits ${miles(limits.dcpa_m)} NM, ${Math.round(limits.tcpa_s / 60)} min)`;
+}

@@ -1,0 +1,92 @@
+/** Two pilots in the same encounter, side by side. */
+
+import { css, html, LitElement, nothing } from "lit";
+import { customElement } from "lit/decorators.js";
+
+import { compared, type Account } from "../domain/comparison";
+import { age, degrees, miles, rudder, shipName } from "../domain/units";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+
+@customElement("gh-comparison")
+export class Comparison extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+        background: var(--gh-panel);
+        padding: 8px 14px;
+      }
+      table {
+        width: 100%;
+        border-collapse: collapse;
+        font-size: 12.5px;
+        margin-top: 3px;
+      }
+      th,
+      td {
+        text-align: right;
+        font-weight: 500;
+        padding: 2px 0 2px 8px;
+        vertical-align: top;
+      }
+      thead th {
+        font-size: 11px;
+        color: var(--gh-soft);
+      }
+      th:first-child {
+        text-align: left;
+        padding-left: 0;
+      }
+      .other th:first-child {
+        color: var(--gh-compare);
+        font-weight: 700;
+      }
+      .mine th:first-child {
+        font-weight: 700;
+      }
+    `,
+  ];
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    if (!store.session?.compare) return nothing;
+    const both = compared(store.frames, store.compareFrames);
+    return html`
+      <h2>Two pilots, same encounter</h2>
+      ${both
+        ? html`<table class="number">
+            <thead>
+              <tr>
+                <th scope="col">Pilot</th>
+                <th scope="col">Rudder</th>
+                <th scope="col">Nearest so far [NM]</th>
+                <th scope="col">In domain</th>
+                <th scope="col">Turned</th>
+                <th scope="col">Reward</th>
+              </tr>
+            </thead>
+            <tbody>
+              ${row(both[0], "mine")} ${row(both[1], "other")}
+            </tbody>
+          </table>`
+        : html`<p class="soft">Waiting for ${store.session.compare}.</p>`}
+    `;
+  }
+}
+
+function row(told: Account, kind: string) {
+  return html`<tr class=${kind}>
+    <th scope="row">${told.pilot}</th>
+    <td>${told.rudder_rad === null ? "–" : rudder(told.rudder_rad)}</td>
+    <td>${told.nearest_m === null ? "–" : `${miles(told.nearest_m)} ${shipName(told.nearest!, 10)}`}</td>
+    <td>${age(told.inside_s)}</td>
+    <td>${Math.round(degrees(told.turned_rad))}°</td>
+    <td>${told.reward === null ? "–" : told.reward.toFixed(1).replace("-", "−")}</td>
+  </tr>`;
+}

@@ -1,0 +1,130 @@
+/** Mode, scale, vectors, trails and stabilisation of the plan display: shown always, set here. */
+
+import { css, html, LitElement } from "lit";
+import { customElement } from "lit/decorators.js";
+
+import {
+  ringText, SCALES_NM, stepped, TRAIL_MINUTES, VECTOR_MINUTES, type Orientation,
+} from "../domain/view";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+
+const ORIENTATIONS: [Orientation, string, string][] = [
+  ["head-up", "H UP", "Head up (H)"],
+  ["north-up", "N UP", "North up (N)"],
+  ["course-up", "C UP", "Course up (C)"],
+];
+
+@customElement("gh-plan-bar")
+export class PlanBar extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        gap: 4px 6px;
+        padding: 4px 6px;
+        background: var(--gh-panel);
+        border-bottom: 1px solid var(--gh-line);
+        font-size: 12px;
+      }
+      button,
+      select {
+        min-height: 28px;
+        padding: 0 7px;
+      }
+      select {
+        padding: 0 2px;
+      }
+      label,
+      .set {
+        display: inline-flex;
+        align-items: center;
+        gap: 5px;
+        white-space: nowrap;
+      }
+      .range {
+        font-weight: 700;
+        font-size: 14px;
+        line-height: 1.1;
+        min-width: 78px;
+        text-align: center;
+      }
+      small {
+        display: block;
+        font-weight: 500;
+        font-size: 10.5px;
+        color: var(--gh-soft);
+      }
+      .step {
+        width: 27px;
+        padding: 0;
+        font-size: 16px;
+        font-weight: 700;
+      }
+    `,
+  ];
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const { orientation, motion, vectors, range_nm, vector_min, trail_min } = store.settings.all;
+    const set = store.settings.set.bind(store.settings);
+    return html`
+      <span class="set" role="group" aria-label="Range scale">
+        <button class="step" aria-label="Smaller range" ?disabled=${range_nm === SCALES_NM[0]}
+          @click=${() => this.range(-1)}>−</button>
+        <span class="range number">${range_nm} NM<small>rings ${ringText(range_nm)}</small></span>
+        <button class="step" aria-label="Larger range" ?disabled=${range_nm === SCALES_NM.at(-1)}
+          @click=${() => this.range(1)}>+</button>
+      </span>
+      <span class="group" role="group" aria-label="Orientation">
+        ${ORIENTATIONS.map(
+          ([value, label, title]) => html`<button title=${title} aria-pressed=${orientation === value}
+            @click=${() => set({ orientation: value })}>${label}</button>`,
+        )}
+      </span>
+      <span class="group" role="group" aria-label="Motion">
+        <button title="Relative motion (M)" aria-pressed=${motion === "relative"}
+          @click=${() => set({ motion: "relative" })}>RM</button>
+        <button title="True motion (M)" aria-pressed=${motion === "true"}
+          @click=${() => set({ motion: "true" })}>TM</button>
+      </span>
+      <span class="set">
+        <span class="soft">Vectors</span>
+        <span class="group" role="group" aria-label="Vectors">
+          <button title="True vectors (V)" aria-pressed=${vectors === "true"}
+            @click=${() => set({ vectors: "true" })}>T</button>
+          <button title="Relative vectors (V)" aria-pressed=${vectors === "relative"}
+            @click=${() => set({ vectors: "relative" })}>R</button>
+        </span>
+        <select aria-label="Vector time" .value=${String(vector_min)}
+          @change=${(e: Event) => set({ vector_min: chosen(e) })}>
+          ${VECTOR_MINUTES.map((m) => html`<option value=${m} ?selected=${m === vector_min}>${m} min</option>`)}
+        </select>
+      </span>
+      <label>
+        <span class="soft">Trails ${motion === "relative" ? "R" : "T"}</span>
+        <select aria-label="Trail time" .value=${String(trail_min)}
+          @change=${(e: Event) => set({ trail_min: chosen(e) })}>
+          ${TRAIL_MINUTES.map(
+            (m) => html`<option value=${m} ?selected=${m === trail_min}>${m ? `${m} min` : "off"}</option>`,
+          )}
+        </select>
+      </label>
+      <span class="soft" title="Courses and speeds are over ground">GND STAB</span>
+    `;
+  }
+
+  private range(step: -1 | 1): void {
+    const { range_nm } = store.settings.all;
+    store.settings.set({ range_nm: stepped<number>(SCALES_NM, range_nm, step) });
+  }
+}
+
+const chosen = (event: Event): number => Number((event.target as HTMLSelectElement).value);

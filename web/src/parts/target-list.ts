@@ -1,0 +1,169 @@
+/** The ships, the most intended first: danger, attention, intention, CPA, rule, age. */
+
+import { html, LitElement, nothing } from "lit";
+import { customElement, state } from "lit/decorators.js";
+
+import { dangerOf, foremost, largestIntention, roundScale, type Ranked } from "../domain/ranking";
+import { age, amount, clock, course, miles, relativeBearing, shipName, speed } from "../domain/units";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+import { chip, colourOf } from "./chip";
+import { listStyle } from "./target-list.style";
+import type { Encounter } from "../wire";
+
+/** Rows of the small list. */
+const FEW = 6;
+/** An AIS report older than this is worth a mark [s]. */
+const OLD_S = 60;
+
+const ENCOUNTERS: Record<Encounter["type"], string> = {
+  "head-on": "Head-on", crossing: "Crossing", overtaking: "Overtaking",
+  overtaken: "Overtaken", none: "–",
+};
+
+@customElement("gh-target-list")
+export class TargetList extends LitElement {
+  static override styles = [shared, listStyle];
+
+  @state() private everyone = false;
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const frame = store.frame;
+    const { level } = store.settings.all;
+    const rows = store.rows;
+    const shown = this.everyone || level === 3 ? rows : foremost(rows, FEW);
+    const scale = { danger: store.dangerScale, intention: frame ? roundScale(largestIntention(frame), 0.05) : 1 };
+    const critic = rows.some((r) => dangerOf(r.target) !== null);
+    const attentive = rows.some((r) => r.target.attention != null);
+    return html`
+      <header>
+        <h2>Ships <span class="count">${rows.length}</span></h2>
+        ${rows.length > FEW && level < 3
+          ? html`<button class="few" aria-expanded=${this.everyone} @click=${this.toggle}>
+              ${this.everyone ? "Fewer" : `All ${rows.length}`}
+            </button>`
+          : nothing}
+      </header>
+      <div class="scroll" tabindex="0" role="region" aria-label="List of ships">
+        <table>
+          <caption class="hidden">Ships, the largest intention first</caption>
+          <thead>
+            <tr>
+              <th scope="col">Ship</th>
+              ${critic ? html`<th scope="col" class="bar" title="How far the critic values her below a ship far off (Q far − Q); 0 is no danger">Danger <span class="scale">0–${scale.danger}</span></th>` : nothing}
+              ${attentive && level > 1 ? html`<th scope="col" class="bar narrow" title="Share of the pilot's attention (Eq. 23)">Attention</th>` : nothing}
+              ${attentive ? html`<th scope="col" class="bar" title="What the rudder does for her, weighted with attention (Eq. 24)">Intention <span class="scale">±${scale.intention}</span></th>` : nothing}
+              <th scope="col" class="right">CPA <span class="scale">NM</span></th>
+              <th scope="col" class="right">TCPA</th>
+              <th scope="col">Meeting</th>
+              ${level > 1 ? html`<th scope="col" class="right c-range">Range</th>` : nothing}
+              ${level > 2 ? html`
+                <th scope="col" class="right c-bearing">Bearing</th>
+                <th scope="col" class="right c-course">Course</th>
+                <th scope="col" class="right c-course">kn</th>` : nothing}
+              <th scope="col" class="right">Age</th>
+            </tr>
+          </thead>
+          <tbody>
+            ${shown.map((row) => this.row(row, scale, critic, attentive, level))}
+          </tbody>
+        </table>
+        ${rows.length || !frame ? nothing : html`<p class="none">No ship in sight.</p>`}
+      </div>
+    `;
+  }
+
+  private toggle(): void {
+    this.everyone = !this.everyone;
+  }
+
+  private row(
+    row: Ranked,
+    scale: { danger: number; intention: number },
+    critic: boolean,
+    attentive: boolean,
+    level: number,
+  ) {
+    const { target, alarm } = row;
+    const colour = colourOf(target.id) ?? "var(--gh-other)";
+    const opening = target.tcpa_s <= 0;
+    const old = (target.age_s ?? 0) > OLD_S;
+    return html`
+      <tr
+        style="--ship: ${colour}"
+        data-id=${target.id}
+        class=${[
+          target.id === store.selected ? "selected" : "",
+          target.id === store.hovered ? "hovered" : "",
+          alarm ? `alarm ${alarm.state}` : "",
+          target.lost ? "lost" : "",
+        ].join(" ")}
+        @mouseenter=${() => store.hover(target.id)}
+        @mouseleave=${() => store.hover(null)}
+        @click=${() => store.select(target.id)}
+      >
+        <th scope="row">
+          <button class="ship" aria-pressed=${target.id === store.selected}
+            @click=${(e: Event) => { e.stopPropagation(); store.select(target.id); }}
+            @focus=${() => store.hover(target.id)} @blur=${() => store.hover(null)}>
+            ${chip(target.id)}
+            <span class="name" title=${target.name}>${shipName(target.name)}</span>
+          </button>
+        </th>
+        ${critic ? html`<td>${dangerBar(dangerOf(target), scale.danger)}</td>` : nothing}
+        ${attentive && level > 1 ? html`<td>${shareBar(target.attention)}</td>` : nothing}
+        ${attentive ? html`<td>${signedBar(target.intention, scale.intention)}</td>` : nothing}
+        <td class="right number ${alarm ? "red" : ""}">${miles(target.dcpa_m)}</td>
+        <td class="right number ${alarm ? "red" : ""} ${opening ? "soft" : ""}">${opening ? "past" : clock(target.tcpa_s)}</td>
+        <td class="meeting">${meeting(store.encounter(target.id), level)}</td>
+        ${level > 1 ? html`<td class="right number c-range">${miles(target.range_m)}</td>` : nothing}
+        ${level > 2 ? html`
+          <td class="right number c-bearing">${relativeBearing(target.bearing_rad)}</td>
+          <td class="right number c-course">${course(target.course_rad)}</td>
+          <td class="right number c-course">${speed(target.speed_m_s)}</td>` : nothing}
+        <td class="right number age ${old ? "old" : ""}">
+          ${target.lost ? html`<strong>lost</strong> ` : nothing}${target.age_s == null ? "–" : age(target.age_s)}
+        </td>
+      </tr>
+    `;
+  }
+}
+
+function meeting(encounter: Encounter | null, level: number) {
+  if (!encounter || encounter.type === "none") return html`<span class="soft">–</span>`;
+  const role = { "give-way": "give way", "stand-on": "stand on", none: "" }[encounter.role];
+  const rule = encounter.rule ? `R${encounter.rule}` : "";
+  if (level === 1)
+    return html`<span title="${ENCOUNTERS[encounter.type]}, ${role}, Rule ${encounter.rule}"
+      >${ENCOUNTERS[encounter.type]}<br /><span class="soft">${role}</span></span>`;
+  return html`${ENCOUNTERS[encounter.type]} <span class="soft">${rule}<br />${role}</span>`;
+}
+
+/** Danger: a bar from zero; what lies below zero is no danger. */
+function dangerBar(value: number | null, scale: number) {
+  if (value === null) return html`<span class="soft">not fed</span>`;
+  const share = Math.max(0, Math.min(1, value / scale));
+  return html`<span class="meter"><i style="width: ${share * 100}%"></i></span
+    ><span class="value number">${Math.max(0, value).toFixed(value < 9.95 ? 2 : 1)}</span>`;
+}
+
+function shareBar(share: number | null | undefined) {
+  if (share == null) return html`<span class="soft">–</span>`;
+  return html`<span class="meter"><i style="width: ${share * 100}%"></i></span
+    ><span class="value number">${Math.round(share * 100)}%</span>`;
+}
+
+/** Intention has a sign: right of the middle the rudder serves the ship, left it costs her. */
+function signedBar(value: number | null | undefined, scale: number) {
+  if (value == null) return html`<span class="soft">–</span>`;
+  const share = Math.min(1, Math.abs(value) / scale) / 2;
+  const left = value < 0 ? 0.5 - share : 0.5;
+  return html`<span class="meter signed ${value < 0 ? "minus" : ""}"
+      ><i style="left: ${left * 100}%; width: ${share * 100}%"></i></span
+    ><span class="value number">${amount(value)}</span>`;
+}

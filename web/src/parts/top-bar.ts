@@ -1,0 +1,172 @@
+/** Top of the page: what is sailed, by whom, whether it is now; palettes, detail, menu. */
+
+import "@oicl/openbridge-webcomponents/dist/icons/icon-menu-iec.js";
+import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-day.js";
+import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-dusk.js";
+import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-night.js";
+import { css, html, LitElement } from "lit";
+import { customElement } from "lit/decorators.js";
+
+import { PALETTES, type Palette } from "../domain/colours";
+import { instant } from "../domain/units";
+import type { Level } from "../settings";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+
+const LEVELS: [Level, string, string][] = [
+  [1, "Look", "What the pilot does and which ships matter"],
+  [2, "Why", "and what each rudder would be worth"],
+  [3, "All", "and every value over time"],
+];
+
+const PALETTE_ICONS: Record<Palette, unknown> = {
+  day: html`<obi-palette-day></obi-palette-day>`,
+  dusk: html`<obi-palette-dusk></obi-palette-dusk>`,
+  night: html`<obi-palette-night></obi-palette-night>`,
+};
+
+const MODES = { simulated: "Simulated", recorded: "Recorded", live: "Live", replay: "Replay" };
+
+@customElement("gh-top-bar")
+export class TopBar extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: flex;
+        align-items: center;
+        gap: 12px;
+        height: 48px;
+        padding: 0 12px;
+        background: var(--gh-panel);
+        border-bottom: 1px solid var(--gh-line);
+        min-width: 0;
+      }
+      .name {
+        font-weight: 700;
+        font-size: 15px;
+        letter-spacing: 0.01em;
+      }
+      .title {
+        min-width: 0;
+        flex: 1 1 0;
+        line-height: 1.2;
+      }
+      .title div {
+        overflow: hidden;
+        text-overflow: ellipsis;
+        white-space: nowrap;
+      }
+      .state {
+        font-weight: 600;
+        padding: 3px 10px;
+        border-radius: 999px;
+        border: 1px solid var(--gh-line);
+        white-space: nowrap;
+      }
+      .state[data-state="stale"],
+      .state[data-state="waiting"] {
+        background: var(--gh-warn);
+        color: var(--gh-on-warn);
+        border-color: transparent;
+      }
+      .state[data-state="live"],
+      .state[data-state="playing"] {
+        background: var(--gh-accent);
+        color: var(--gh-on-accent);
+        border-color: transparent;
+      }
+      .time {
+        font-size: 15px;
+        font-weight: 600;
+      }
+      .group button {
+        padding: 0 9px;
+        display: grid;
+        place-items: center;
+      }
+      obi-menu-iec {
+        display: block;
+        width: 24px;
+        height: 24px;
+      }
+      .group obi-palette-day,
+      .group obi-palette-dusk,
+      .group obi-palette-night {
+        display: block;
+        width: 20px;
+        height: 20px;
+      }
+      .menu {
+        display: flex;
+        align-items: center;
+        gap: 6px;
+        padding: 0 10px 0 6px;
+        font-weight: 600;
+      }
+      @media (max-width: 1100px) {
+        .name {
+          display: none;
+        }
+        :host {
+          gap: 8px;
+        }
+      }
+    `,
+  ];
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const { session, frame, liveness } = store;
+    const { palette, level } = store.settings.all;
+    return html`
+      <button class="menu" aria-haspopup="dialog" @click=${this.menu}>
+        <obi-menu-iec></obi-menu-iec> Menu
+      </button>
+      <span class="name">Glasshelm</span>
+      <div class="title">
+        <div><strong>${session?.title ?? "No session"}</strong></div>
+        <div class="soft">${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}</div>
+      </div>
+      <span class="state" data-state=${liveness.state} role="status">${liveness.text}</span>
+      <span class="number time" aria-label="Time">
+        ${frame ? instant(frame.time_s, frame.time_utc) : "–"}
+      </span>
+      <span class="group" role="group" aria-label="Detail">
+        ${LEVELS.map(
+          ([value, label, title]) => html`
+            <button
+              title=${title}
+              aria-pressed=${level === value}
+              @click=${() => store.settings.set({ level: value })}
+            >
+              ${label}
+            </button>
+          `,
+        )}
+      </span>
+      <span class="group" role="group" aria-label="Palette">
+        ${PALETTES.map(
+          (value) => html`
+            <button
+              title=${`${value} palette`}
+              aria-label=${`${value} palette`}
+              aria-pressed=${palette === value}
+              @click=${() => store.setPalette(value)}
+            >
+              ${PALETTE_ICONS[value]}
+            </button>
+          `,
+        )}
+      </span>
+    `;
+  }
+
+  private menu(): void {
+    this.dispatchEvent(new CustomEvent("menu", { bubbles: true, composed: true }));
+  }
+}

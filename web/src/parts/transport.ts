@@ -1,0 +1,148 @@
+/** Play, pause, seek and speed of what can be played. */
+
+import "@oicl/openbridge-webcomponents/dist/icons/icon-media-pause.js";
+import "@oicl/openbridge-webcomponents/dist/icons/icon-media-play.js";
+import { css, html, LitElement, nothing } from "lit";
+import { customElement, state } from "lit/decorators.js";
+
+import { clock } from "../domain/units";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+
+export const RATES = [1, 2, 5, 10, 20, 60] as const;
+
+@customElement("gh-transport")
+export class Transport extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: flex;
+        align-items: center;
+        gap: 10px;
+        padding: 6px 12px;
+        background: var(--gh-panel);
+        border-top: 1px solid var(--gh-line);
+      }
+      input {
+        flex: 1;
+        min-width: 80px;
+        height: 28px;
+        margin: 0;
+        appearance: none;
+        background: transparent;
+        cursor: pointer;
+      }
+      input::-webkit-slider-runnable-track {
+        height: 6px;
+        border-radius: 3px;
+        background: linear-gradient(var(--gh-accent), var(--gh-accent)) 0 / var(--share) 100% no-repeat
+          var(--gh-track);
+      }
+      input::-moz-range-track {
+        height: 6px;
+        border-radius: 3px;
+        background: linear-gradient(var(--gh-accent), var(--gh-accent)) 0 / var(--share) 100% no-repeat
+          var(--gh-track);
+      }
+      input::-webkit-slider-thumb {
+        appearance: none;
+        width: 16px;
+        height: 16px;
+        margin-top: -5px;
+        border-radius: 50%;
+        background: var(--gh-accent);
+        border: 2px solid var(--gh-on-accent);
+      }
+      input::-moz-range-thumb {
+        width: 13px;
+        height: 13px;
+        border-radius: 50%;
+        background: var(--gh-accent);
+        border: 2px solid var(--gh-on-accent);
+      }
+      .play {
+        width: 44px;
+        height: 36px;
+        padding: 0;
+        display: grid;
+        place-items: center;
+      }
+      obi-media-play,
+      obi-media-pause {
+        display: block;
+        width: 22px;
+        height: 22px;
+      }
+      select {
+        min-height: 36px;
+      }
+      .live {
+        flex: 1;
+      }
+    `,
+  ];
+
+  /** Where the hand holds the slider, until it lets go. */
+  @state() private held: number | null = null;
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const session = store.session;
+    if (!session) return html`<span class="soft">No session</span>`;
+    if (session.mode === "live")
+      return html`<span class="live soft">${["Live: the pilot advises on what is heard", ...session.notes].join(" · ")}</span>`;
+    const now = this.held ?? store.frame?.time_s ?? session.time_s;
+    const end = session.end_s;
+    const [from, to] = [session.seekable_from_s, Math.max(end ?? session.seekable_to_s, now)];
+    return html`
+      <button class="play" aria-label=${session.playing ? "Pause" : "Play"} title="Space" @click=${toggle}>
+        ${session.playing ? html`<obi-media-pause></obi-media-pause>` : html`<obi-media-play></obi-media-play>`}
+      </button>
+      <span class="number">${clock(now)}</span>
+      <input
+        type="range" aria-label="Time" min=${from} max=${to} step="5" .value=${String(now)}
+        style="--share: ${to > from ? (100 * (now - from)) / (to - from) : 0}%"
+        aria-valuetext=${clock(now)} ?disabled=${to <= from}
+        @input=${(e: Event) => (this.held = Number((e.target as HTMLInputElement).value))}
+        @change=${this.seek}
+      />
+      <span class="number soft">${end === null ? nothing : clock(end)}</span>
+      <label>
+        <span class="hidden">Speed</span>
+        <select aria-label="Speed" @change=${(e: Event) =>
+          store.send({ type: "rate", rate: Number((e.target as HTMLSelectElement).value) })}>
+          ${rates(session.rate).map((r) => html`<option value=${r} ?selected=${r === session.rate}>×${r}</option>`)}
+        </select>
+      </label>
+    `;
+  }
+
+  private seek(event: Event): void {
+    seekTo(Number((event.target as HTMLInputElement).value));
+    this.held = null;
+  }
+}
+
+export function toggle(): void {
+  const session = store.session;
+  if (session && session.mode !== "live") store.send({ type: session.playing ? "pause" : "play" });
+}
+
+/** Go to a time, as far as the voyage has been sailed. */
+export function seekTo(wanted_s: number): void {
+  const { session, frame } = store;
+  if (!session || !frame || session.mode === "live") return;
+  const last = Math.max(session.seekable_to_s, frame.time_s);
+  const time_s = Math.min(Math.max(wanted_s, session.seekable_from_s), last);
+  store.send({ type: "seek", time_s });
+}
+
+/** The usual speeds, and the one in force if it is another. */
+function rates(now: number): number[] {
+  return [...new Set<number>([...RATES, now])].sort((a, b) => a - b);
+}

@@ -1,0 +1,281 @@
+/** Why: the worth of every rudder, and priorities, attention, intention and danger over time. */
+
+import { css, html, LitElement, nothing } from "lit";
+import { customElement } from "lit/decorators.js";
+
+import { dangerOf } from "../domain/ranking";
+import { againstMidships, ofShips, once, priorities } from "../domain/series";
+import { degrees } from "../domain/units";
+import { inks, type Inks } from "../plan/inks";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+import type { Frame, Target } from "../wire";
+import { chip } from "./chip";
+import "./plot";
+import { seekTo } from "./transport";
+import type { Line, PlotSpec } from "./plot";
+
+const WAYPOINT = "waypoint";
+const SHIPS = "ships";
+const TOTAL = "total";
+
+interface Card {
+  title: string;
+  hint: string;
+  spec: PlotSpec;
+  overTime: boolean;
+}
+
+@customElement("gh-why")
+export class Why extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+        flex: none;
+        container-type: inline-size;
+      }
+      .cards {
+        display: grid;
+        grid-template-columns: 1fr 1fr;
+        gap: 1px;
+        background: var(--gh-panel);
+      }
+      @container (min-width: 600px) {
+        .cards.many {
+          grid-template-columns: 1fr 1fr 1fr;
+        }
+      }
+      article {
+        box-shadow: 0 0 0 1px var(--gh-line);
+        display: grid;
+        grid-template-rows: auto auto minmax(0, 1fr);
+        background: var(--gh-panel);
+        padding: 7px 4px 2px 8px;
+        height: var(--plot, 208px);
+        min-width: 0;
+      }
+      header {
+        padding: 0 4px;
+        white-space: nowrap;
+        overflow: hidden;
+        text-overflow: ellipsis;
+      }
+      header h2 {
+        display: inline;
+      }
+      header span {
+        font-size: 11px;
+      }
+      ul {
+        display: flex;
+        flex-wrap: nowrap;
+        overflow: hidden;
+        gap: 2px 5px;
+        margin: 3px 0 0;
+        padding: 0 4px;
+        list-style: none;
+        font-size: 11px;
+        height: 18px;
+      }
+      li {
+        display: flex;
+        align-items: center;
+        gap: 4px;
+        white-space: nowrap;
+        cursor: default;
+      }
+      li.lit {
+        font-weight: 700;
+      }
+      li .chip {
+        width: 15px;
+        height: 15px;
+        font-size: 10px;
+      }
+      i {
+        width: 12px;
+        border-top: 2px solid;
+      }
+      i.dashed {
+        border-top-style: dashed;
+      }
+      p {
+        margin: 0;
+        padding: 6px 4px;
+      }
+      .none {
+        grid-column: 1 / -1;
+        background: var(--gh-panel);
+        padding: 10px 14px;
+      }
+    `,
+  ];
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const frame = store.frame;
+    const { level, palette } = store.settings.all;
+    if (!frame) return nothing;
+    const look = inks(palette);
+    const ids = store.noted;
+    const cards = [this.sweep(frame, ids, look), this.priorities(frame, look)];
+    if (level > 2)
+      cards.push(
+        this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
+        this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
+        this.ships("Danger", "0 = a ship far off", ids, look, (t) => positive(dangerOf(t)), store.dangerScale, true),
+        this.ships("Range", "NM", ids, look, (t) => t.range_m / 1852, 2, true),
+      );
+    const shown = cards.filter((card) => card !== null);
+    if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
+    const many = shown.length > 2;
+    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 144 : 204}px">
+      ${shown.map((card) => this.card(card, look))}
+    </div>`;
+  }
+
+  private card(card: Card, look: Inks) {
+    return html`
+      <article>
+        <header><h2>${card.title}</h2> <span class="soft">${card.hint}</span></header>
+        <ul>
+          ${card.spec.lines.map((line) => this.legend(line))}
+        </ul>
+        <gh-plot
+          .spec=${card.spec}
+          .inks=${look}
+          .lit=${store.lit}
+          .name=${`${card.title}: ${card.hint}`}
+          @point=${(e: CustomEvent<string | null>) => store.hover(isShip(e.detail) ? e.detail : null)}
+          @pick=${card.overTime ? this.seek : nothing}
+        ></gh-plot>
+      </article>
+    `;
+  }
+
+  private legend(line: Line) {
+    if (!isShip(line.id))
+      return html`<li><i class=${line.dash ? "dashed" : ""} style="color: ${line.colour}"></i>${line.label}</li>`;
+    return html`<li
+      class=${line.id === store.lit ? "lit" : ""}
+      title=${line.label}
+      @mouseenter=${() => store.hover(line.id)}
+      @mouseleave=${() => store.hover(null)}
+    >
+      ${chip(line.id)}
+    </li>`;
+  }
+
+  private readonly seek = (event: CustomEvent<number>): void => {
+    seekTo(Math.round((event.detail * 60) / 5) * 5);
+  };
+
+  /** Lines of the noted ships that have a value, in their colours. */
+  private lines(ids: readonly string[], look: Inks): Line[] {
+    return ids.map((id) => ({
+      id,
+      label: store.target(id)?.name ?? id,
+      colour: look.ships[store.book.place(id)!] ?? look.other,
+    }));
+  }
+
+  private sweep(frame: Frame, ids: readonly string[], look: Inks): Card | null {
+    const table = againstMidships(frame, ids);
+    if (!table) return null;
+    const limit = degrees(frame.ship.rudder_limit_rad);
+    const decided = frame.decision?.rudder_rad;
+    const shown = new Set(table.ships.map((ship) => ship.id));
+    return {
+      title: question(decided),
+      hint: "worth of each rudder, midships = 0",
+      overTime: false,
+      spec: {
+        lines: [
+          { id: TOTAL, label: "all", colour: look.ink, width: 2.4 },
+          { id: WAYPOINT, label: "course", colour: look.soft, dash: [5, 3] },
+          ...this.lines(ids.filter((id) => shown.has(id)), look),
+        ],
+        data: [table.rudder_deg, table.total, table.waypoint, ...table.ships.map((s) => s.values)],
+        x: (deg) => (Math.abs(deg) < 0.05 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`),
+        xRange: [-limit, limit],
+        xEvery: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
+        leastY: 0.2,
+        marks: decided === undefined ? [] : [{ at: degrees(decided), colour: look.path, label: "decided" }],
+      },
+    };
+  }
+
+  private priorities(frame: Frame, look: Inks): Card | null {
+    if (!frame.priority) return null;
+    return {
+      title: "Priorities",
+      hint: "gain over midships, Eq. 22",
+      overTime: true,
+      spec: {
+        lines: [
+          { id: WAYPOINT, label: "course", colour: look.soft, width: 2, dash: [5, 3] },
+          { id: SHIPS, label: "ships", colour: look.ink, width: 2.2 },
+        ],
+        data: once(store.frames, "priorities", () => priorities(store.frames)),
+        ...this.time(frame, look),
+        leastY: 0.05,
+      },
+    };
+  }
+
+  private ships(
+    title: string,
+    hint: string,
+    ids: readonly string[],
+    look: Inks,
+    value: (target: Target) => number | null | undefined,
+    leastY: number,
+    fromZero = false,
+  ): Card | null {
+    const told = ids.filter((id) => {
+      const target = store.target(id);
+      return target && value(target) != null;
+    });
+    if (!told.length) return null;
+    return {
+      title,
+      hint,
+      overTime: true,
+      spec: {
+        lines: this.lines(told, look),
+        data: once(store.frames, `${title} ${told.join(" ")}`, () =>
+          ofShips(store.frames, told, value)),
+        ...this.time(store.frame!, look),
+        leastY,
+        fromZero,
+      },
+    };
+  }
+
+  /** The time axis: as far as the voyage goes while that is short, with a line at now. */
+  private time(frame: Frame, look: Inks): Pick<PlotSpec, "x" | "marks" | "xRange"> {
+    const first = (store.frames[0]?.time_s ?? 0) / 60;
+    const now = frame.time_s / 60;
+    return {
+      x: (minute) => `${Number(minute.toFixed(1))} min`,
+      xRange: [first, Math.max(now * 1.02, first + 2)],
+      marks: [{ at: now, colour: look.path, label: "now" }],
+    };
+  }
+}
+
+/** The question that the curve answers: why not the other side? */
+function question(decided: number | undefined): string {
+  if (decided === undefined || Math.abs(degrees(decided)) < 0.1) return "Why not turn?";
+  return decided > 0 ? "Why not port?" : "Why not starboard?";
+}
+
+const positive = (value: number | null): number | null => (value === null ? null : Math.max(0, value));
+const isShip = (id: string | null): id is string =>
+  id !== null && id !== WAYPOINT && id !== SHIPS && id !== TOTAL;

@@ -1,0 +1,43 @@
+/** The colours of the canvas, read from the palette in force. */
+
+import { SHIP_COLOURS, type Palette } from "../domain/colours";
+
+export interface Inks {
+  sea: string;
+  ring: string;
+  ringText: string;
+  own: string;
+  other: string;
+  domain: string;
+  path: string;
+  compare: string;
+  alarm: string;
+  onAlarm: string;
+  panel: string;
+  ink: string;
+  soft: string;
+  line: string;
+  ships: readonly string[];
+}
+
+export function inks(palette: Palette): Inks {
+  const style = getComputedStyle(document.documentElement);
+  const of = (name: string): string => style.getPropertyValue(`--gh-${name}`).trim() || "#888";
+  return {
+    sea: of("sea"),
+    ring: of("ring"),
+    ringText: of("ring-text"),
+    own: of("own"),
+    other: of("other"),
+    domain: of("domain"),
+    path: of("path"),
+    compare: of("compare"),
+    alarm: of("alarm"),
+    onAlarm: of("on-alarm"),
+    panel: of("panel"),
+    ink: of("ink"),
+    soft: of("soft"),
+    line: of("line"),
+    ships: SHIP_COLOURS[palette],
+  };
+}

@@ -1,0 +1,178 @@
+/** The plan display: the canvas, what the pointer does on it, and its permanent indications. */
+
+import { css, html, LitElement } from "lit";
+import { customElement, query } from "lit/decorators.js";
+
+import { middleOf, SCALES_NM, upward, View, stepped } from "../domain/view";
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+import type { Place } from "../wire";
+import { inks } from "./inks";
+import { asPlaces, described, draw, radiusFor, scaleFor, under } from "./layers";
+import type { Scene } from "./scene";
+
+const FLASH_MS = 500;
+
+@customElement("gh-plan")
+export class PlanDisplay extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      :host {
+        display: block;
+        position: relative;
+        min-width: 0;
+        min-height: 0;
+        overflow: hidden;
+        background: var(--gh-sea);
+      }
+      canvas {
+        position: absolute;
+        inset: 0;
+        width: 100%;
+        height: 100%;
+        touch-action: none;
+      }
+      canvas.stale {
+        filter: grayscale(1) opacity(0.45);
+      }
+      .stale-word {
+        position: absolute;
+        left: 50%;
+        top: 12px;
+        transform: translateX(-50%);
+        background: var(--gh-warn);
+        color: var(--gh-on-warn);
+        font-weight: 700;
+        padding: 6px 14px;
+        border-radius: 4px;
+        border: 1px solid currentColor;
+      }
+      .empty {
+        position: absolute;
+        inset: 0;
+        display: grid;
+        place-items: center;
+        color: var(--gh-soft);
+        font-size: 15px;
+      }
+    `,
+  ];
+
+  @query("canvas") private canvas!: HTMLCanvasElement;
+  private scene: Scene | null = null;
+  private middle: Place | null = null;
+  private readonly sizes = new ResizeObserver(() => this.requestUpdate());
+  private flash = 0;
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.sizes.observe(this);
+    this.flash = window.setInterval(() => {
+      if (store.alarms.some((a) => a.state === "unacknowledged")) this.requestUpdate();
+    }, FLASH_MS);
+    void document.fonts?.load("12px 'Noto Sans'").then(() => this.requestUpdate());
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.sizes.disconnect();
+    window.clearInterval(this.flash);
+  }
+
+  override render() {
+    const alive = store.liveness;
+    const stale = alive.state === "stale";
+    return html`
+      <canvas
+        role="img"
+        class=${stale ? "stale" : ""}
+        aria-label=${this.scene ? described(this.scene) : "Plan display, empty"}
+        @pointermove=${this.move}
+        @pointerleave=${() => store.hover(null)}
+        @click=${this.choose}
+        @wheel=${{ handleEvent: this.wheel, passive: false }}
+      ></canvas>
+      ${stale ? html`<div class="stale-word" role="status">NOT LIVE · ${alive.text}</div>` : ""}
+      ${store.frame ? "" : html`<div class="empty">${alive.text}</div>`}
+    `;
+  }
+
+  override updated(): void {
+    const context = this.canvas.getContext("2d");
+    const { clientWidth: width, clientHeight: height } = this;
+    if (!context || !width || !height) return;
+    const ratio = window.devicePixelRatio || 1;
+    const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (this.canvas.width !== w || this.canvas.height !== h) {
+      this.canvas.width = w;
+      this.canvas.height = h;
+    }
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.scene = this.compose(width, height);
+    if (this.scene) draw(context, this.scene);
+    else context.clearRect(0, 0, width, height);
+  }
+
+  private compose(width: number, height: number): Scene | null {
+    const frame = store.frame;
+    if (!frame) return null;
+    const choices = store.settings.all;
+    const radius = radiusFor(width, height);
+    this.middle = middleOf(choices.motion, frame, choices.range_nm, this.middle);
+    const view = new View(
+      this.middle,
+      upward(choices.orientation, frame),
+      { x: width / 2, y: height / 2 },
+      scaleFor(radius, choices.range_nm),
+    );
+    return {
+      frame,
+      frames: store.frames,
+      compare: store.compareFrames,
+      path: asPlaces(store.path),
+      rows: store.rows,
+      encounters: store.now?.encounters ?? {},
+      selected: store.selected,
+      hovered: store.hovered,
+      place: (id) => store.book.place(id),
+      choices,
+      inks: inks(choices.palette),
+      view,
+      width,
+      height,
+      radius,
+      bright: Math.floor(performance.now() / FLASH_MS) % 2 === 0,
+      stale: store.liveness.state === "stale",
+    };
+  }
+
+  private at(event: PointerEvent | MouseEvent) {
+    const box = this.canvas.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  }
+
+  private move(event: PointerEvent): void {
+    if (event.pointerType === "touch" || !this.scene) return;
+    const target = under(this.scene, this.at(event));
+    store.hover(target?.id ?? null);
+    this.canvas.style.cursor = target ? "pointer" : "default";
+  }
+
+  private choose(event: MouseEvent): void {
+    if (!this.scene) return;
+    const target = under(this.scene, this.at(event), 26);
+    store.select(target?.id ?? null);
+  }
+
+  private readonly wheel = (event: WheelEvent): void => {
+    event.preventDefault();
+    const range_nm = stepped(SCALES_NM, store.settings.all.range_nm as never, event.deltaY > 0 ? 1 : -1);
+    store.settings.set({ range_nm });
+  };
+}

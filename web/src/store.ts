@@ -1,0 +1,285 @@
+/** What the page knows, in one place; components read it and ask it, nothing else. */
+
+import type { ReactiveController, ReactiveControllerHost } from "lit";
+
+import { Book, PLACES, type Palette } from "./domain/colours";
+import { added, lighten, MOST_FRAMES } from "./domain/history";
+import { liveness, type Liveness } from "./domain/liveness";
+import { foremost, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
+import { Link, socketUrl, type LinkState } from "./link";
+import { Settings } from "./settings";
+import type {
+  Alarm, Catalogue, Encounter, Frame, FromServer, Instant, Limits, Session, Target, ToServer,
+} from "./wire";
+
+const NOTICE_MS = 8000;
+
+export interface Notice {
+  id: number;
+  text: string;
+  failure: boolean;
+}
+
+export class Store {
+  version = "";
+  catalogue: Catalogue | null = null;
+  limits: Limits | null = null;
+  session: Session | null = null;
+  frames: Frame[] = [];
+  compareFrames: Frame[] = [];
+  now: Instant | null = null;
+  /** The last predicted track: at high speed not every frame brings one. */
+  path: [number, number][] = [];
+  alarms: Alarm[] = [];
+  notices: Notice[] = [];
+  rows: Ranked[] = [];
+  dangerScale = 0.5;
+
+  selected: string | null = null;
+  hovered: string | null = null;
+  readonly settings = new Settings(() => this.changed());
+  readonly book = new Book();
+
+  private readonly link: Link;
+  private readonly hosts = new Set<ReactiveControllerHost>();
+  private linkSince_ms = performance.now();
+  private frameAt_ms: number | null = null;
+  private scheduled = false;
+  private noticeCount = 0;
+
+  constructor(url = socketUrl(location.href)) {
+    this.link = new Link(url, (m) => this.take(m), (s) => this.linked(s));
+  }
+
+  start(): void {
+    this.link.start();
+    window.setInterval(() => this.changed(), 1000);
+  }
+
+  send(message: ToServer): void {
+    if (!this.link.send(message)) this.note("Not sent: there is no connection", true);
+  }
+
+  // What is shown
+
+  get frame(): Frame | null {
+    return this.now?.frame ?? null;
+  }
+
+  get liveness(): Liveness {
+    const now = performance.now();
+    return liveness(
+      { open: this.link.state === "open", since_s: (now - this.linkSince_ms) / 1000 },
+      this.session,
+      this.frameAge_s,
+    );
+  }
+
+  /** Seconds since the last frame came in, by this computer's clock. */
+  get frameAge_s(): number | null {
+    return this.frameAt_ms === null ? null : (performance.now() - this.frameAt_ms) / 1000;
+  }
+
+  get linkState(): LinkState {
+    return this.link.state;
+  }
+
+  /** Ids of the ships of note, in the order of their colours. */
+  get noted(): string[] {
+    return (this.frame?.targets ?? [])
+      .filter((t) => this.book.place(t.id) !== null)
+      .sort((a, b) => this.book.place(a.id)! - this.book.place(b.id)!)
+      .map((t) => t.id);
+  }
+
+  target(id: string | null): Target | null {
+    return this.frame?.targets.find((t) => t.id === id) ?? null;
+  }
+
+  encounter(id: string): Encounter | null {
+    return this.now?.encounters?.[id] ?? null;
+  }
+
+  alarm(id: string): Alarm | null {
+    return this.alarms.find((a) => a.target === id) ?? null;
+  }
+
+  /** The ship that a hand or an eye is on. */
+  get lit(): string | null {
+    return this.hovered ?? this.selected;
+  }
+
+  // What the viewer does
+
+  select(id: string | null): void {
+    this.selected = id === this.selected ? null : id;
+    this.rank();
+    this.changed();
+  }
+
+  hover(id: string | null): void {
+    if (id === this.hovered) return;
+    this.hovered = id;
+    this.changed();
+  }
+
+  setPalette(palette: Palette): void {
+    this.settings.set({ palette });
+  }
+
+  /** CPA limits are the server's; they are shown as asked for until it says otherwise. */
+  setLimits(limits: Limits): void {
+    this.limits = limits;
+    this.send({ type: "limits", ...limits });
+    this.changed();
+  }
+
+  dismiss(id: number): void {
+    this.notices = this.notices.filter((n) => n.id !== id);
+    this.changed();
+  }
+
+  note(text: string, failure: boolean): void {
+    const id = ++this.noticeCount;
+    this.notices = [...this.notices.slice(-2), { id, text, failure }];
+    window.setTimeout(() => this.dismiss(id), NOTICE_MS);
+    this.changed();
+  }
+
+  // What the server says
+
+  take(message: FromServer): void {
+    switch (message.type) {
+      case "hello":
+        this.version = message.version;
+        this.catalogue = message.catalogue;
+        this.limits = message.limits;
+        break;
+      case "session":
+        this.newSession(message);
+        break;
+      case "history":
+        this.newHistory(message.frames, message.compare ?? []);
+        break;
+      case "frame":
+        this.newFrame(message);
+        break;
+      case "alarms":
+        this.alarms = message.alarms;
+        this.rank();
+        break;
+      case "failure":
+        this.note(message.message, true);
+        break;
+      case "notice":
+        this.note(message.message, false);
+        break;
+      case "pong":
+        return;
+    }
+    this.changed();
+  }
+
+  private newSession(session: Session): void {
+    const before = this.session;
+    const other = before && (before.source !== session.source || before.mode !== session.mode);
+    if (other) this.forget();
+    if (!session.compare) this.compareFrames = [];
+    this.session = session;
+  }
+
+  private forget(): void {
+    this.frames = [];
+    this.compareFrames = [];
+    this.now = null;
+    this.path = [];
+    this.frameAt_ms = null;
+    this.alarms = [];
+    this.selected = null;
+    this.hovered = null;
+    this.book.clear();
+    this.rows = [];
+  }
+
+  private newHistory(frames: Frame[], compare: Frame[]): void {
+    const last = frames.at(-1);
+    this.frames = frames.slice(-MOST_FRAMES);
+    this.frames.slice(0, -1).forEach(lighten);
+    this.compareFrames = compare.slice(-MOST_FRAMES);
+    this.compareFrames.forEach(lighten);
+    this.path = [];
+    this.now = last ? { frame: last } : null;
+    this.frameAt_ms = last ? performance.now() : null;
+    this.book.clear();
+    this.rank();
+  }
+
+  private newFrame(instant: Instant): void {
+    const { frame, compare } = instant;
+    const before = this.frames.at(-1);
+    if (before) lighten(before);
+    this.frames = added(this.frames, frame);
+    if (compare) this.compareFrames = added(this.compareFrames, compare);
+    if (instant.path) this.path = instant.path;
+    this.now = instant;
+    this.frameAt_ms = performance.now();
+    this.rank();
+  }
+
+  private rank(): void {
+    const frame = this.frame;
+    if (!frame) return;
+    this.dangerScale = roundScale(largestDanger(this.frames));
+    this.rows = ranked(frame, this.alarms, this.dangerScale);
+    const noted = foremost(this.rows, PLACES).sort((a, b) => b.note - a.note);
+    const ids = noted.map((row) => row.target.id);
+    const chosen = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
+    this.book.update(chosen, new Set(frame.targets.map((t) => t.id)));
+  }
+
+  private linked(_state: LinkState): void {
+    this.linkSince_ms = performance.now();
+    this.changed();
+  }
+
+  // Who listens
+
+  add(host: ReactiveControllerHost): void {
+    this.hosts.add(host);
+  }
+
+  remove(host: ReactiveControllerHost): void {
+    this.hosts.delete(host);
+  }
+
+  /** Redraw all once, with the next picture of the screen. */
+  changed(): void {
+    if (this.scheduled) return;
+    this.scheduled = true;
+    queueMicrotask(() => {
+      this.scheduled = false;
+      for (const host of this.hosts) host.requestUpdate();
+    });
+  }
+}
+
+/** Binds a component to the store: it is drawn anew whenever something changes. */
+export class Watch implements ReactiveController {
+  constructor(
+    private readonly host: ReactiveControllerHost,
+    private readonly store: Store,
+  ) {
+    host.addController(this);
+  }
+
+  hostConnected(): void {
+    this.store.add(this.host);
+  }
+
+  hostDisconnected(): void {
+    this.store.remove(this.host);
+  }
+}
+
+/** The one store of this page. */
+export const store = new Store();

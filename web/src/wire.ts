@@ -1,0 +1,208 @@
+/**
+ * What travels between server and page. `Frame` is docs/frame.schema.json to the letter:
+ * SI units, radians clockwise from north; what a pilot or a source lacks is absent.
+ */
+
+export interface Ship {
+  loa_m: number;
+  beam_m: number;
+  K_1_s: number;
+  T_s: number;
+  rudder_limit_rad: number;
+  speed_m_s: number;
+  rudder_rate_rad_s?: number | null;
+}
+
+export interface Own {
+  east_m: number;
+  north_m: number;
+  heading_rad: number;
+  speed_m_s: number;
+  rate_of_turn_rad_s: number;
+  rudder_rad?: number | null;
+  latitude_deg?: number | null;
+  longitude_deg?: number | null;
+}
+
+export interface Place {
+  east_m: number;
+  north_m: number;
+}
+
+export interface Target {
+  id: string;
+  name: string;
+  east_m: number;
+  north_m: number;
+  course_rad: number;
+  speed_m_s: number;
+  range_m: number;
+  /** Relative to own heading, starboard positive. */
+  bearing_rad: number;
+  dcpa_m: number;
+  tcpa_s: number;
+  /** Eq. 13, clipped: 0 outside the domain. */
+  danger: number;
+  /** Q_ca of the decided rudder: lower is more dangerous. */
+  q?: number | null;
+  /** The same head's value of a ship far off and opening: the zero of danger. */
+  q_far?: number | null;
+  q_sweep?: number[] | null;
+  priority?: number | null;
+  attention?: number | null;
+  intention?: number | null;
+  intention_level?: number | null;
+  length_m?: number | null;
+  fed?: boolean;
+  lost?: boolean;
+  age_s?: number | null;
+  latitude_deg?: number | null;
+  longitude_deg?: number | null;
+}
+
+export interface Decision {
+  rudder_rad: number;
+  /** False: the pilot only advises. Absent: true. */
+  applied?: boolean;
+}
+
+export interface ByTask {
+  waypoint: number;
+  collision: number;
+  total?: number | null;
+}
+
+export interface Sweep {
+  rudder_rad: number[];
+  waypoint: number[];
+  collision: number[];
+}
+
+export interface Frame {
+  time_s: number;
+  pilot: string;
+  source: string;
+  ship: Ship;
+  own: Own;
+  waypoint: Place;
+  targets: Target[];
+  decision?: Decision | null;
+  weights_sha256?: string | null;
+  time_utc?: string | null;
+  reward?: ByTask | null;
+  value?: ByTask | null;
+  priority?: ByTask | null;
+  sweep?: Sweep | null;
+  outside?: string[] | null;
+}
+
+export type SourceKind = "simulated" | "recorded" | "live";
+export type Mode = SourceKind | "replay";
+
+export interface SourceEntry {
+  source: string;
+  title: string;
+  kind: SourceKind;
+}
+
+export interface PilotEntry {
+  name: string;
+  title: string;
+  kind: "learned" | "classical" | "planner";
+  ship: string | null;
+}
+
+export interface LogEntry {
+  name: string;
+  frames: number;
+  time_utc?: string | null;
+}
+
+export interface Limits {
+  dcpa_m: number;
+  tcpa_s: number;
+}
+
+export interface Catalogue {
+  scenarios: SourceEntry[];
+  pilots: PilotEntry[];
+  logs: LogEntry[];
+}
+
+export interface Session {
+  source: string;
+  title: string;
+  mode: Mode;
+  pilot: string;
+  compare: string | null;
+  ship: string;
+  playing: boolean;
+  rate: number;
+  time_s: number;
+  end_s: number | null;
+  seekable_from_s: number;
+  seekable_to_s: number;
+  notes: string[];
+  connected?: boolean;
+  heard_s?: number | null;
+  /** The file that this session is written to. */
+  log?: string | null;
+}
+
+export interface Sentence {
+  what: string;
+  why: string;
+  next: string;
+}
+
+export type EncounterType = "head-on" | "crossing" | "overtaking" | "overtaken" | "none";
+
+export interface Encounter {
+  type: EncounterType;
+  role: "give-way" | "stand-on" | "none";
+  rule: string | null;
+}
+
+export interface Alarm {
+  id: string;
+  target: string;
+  name: string;
+  dcpa_m: number;
+  tcpa_s: number;
+  since_s: number;
+  state: "unacknowledged" | "acknowledged";
+  cause: string;
+}
+
+/** One instant as the server sends it: the frame and what was derived from it. */
+export interface Instant {
+  frame: Frame;
+  compare?: Frame | null;
+  path?: [number, number][] | null;
+  sentence?: Sentence | null;
+  encounters?: Record<string, Encounter> | null;
+  sent_utc?: string;
+}
+
+export type FromServer =
+  | { type: "hello"; version: string; catalogue: Catalogue; limits: Limits }
+  | ({ type: "session" } & Session)
+  | { type: "history"; frames: Frame[]; compare?: Frame[] }
+  | ({ type: "frame" } & Instant)
+  | { type: "alarms"; alarms: Alarm[] }
+  | { type: "failure"; message: string }
+  | { type: "notice"; message: string }
+  | { type: "pong" };
+
+export type ToServer =
+  | { type: "open"; source: string; pilot?: string; ship?: string; own?: string; at?: string }
+  | { type: "replay"; log: string }
+  | { type: "pilot"; name: string }
+  | { type: "compare"; name: string | null }
+  | { type: "play" }
+  | { type: "pause" }
+  | { type: "rate"; rate: number }
+  | { type: "seek"; time_s: number }
+  | { type: "acknowledge"; id: string }
+  | ({ type: "limits" } & Limits)
+  | { type: "ping" };

@@ -1,0 +1,126 @@
+import { describe, expect, it } from "vitest";
+
+import {
+  Book, contrast, linear, luminance, numberInk, PALETTES, PLACES, SHIP_COLOURS, type Palette,
+} from "../src/domain/colours";
+import css from "../src/style/theme.css?raw";
+
+type Rgb = [number, number, number];
+
+/** A colour of theme.css in a palette. */
+function theme(palette: Palette, name: string): string {
+  const block = css.split(`html[data-obc-theme="${palette}"]`)[1]!.split("}")[0]!;
+  return new RegExp(`--gh-${name}: (#[0-9a-f]{6})`).exec(block)![1]!;
+}
+
+const apply = (m: readonly number[][], v: Rgb): Rgb =>
+  m.map((row) => Math.min(1, Math.max(0, row.reduce((s, x, k) => s + x * v[k]!, 0)))) as Rgb;
+
+/** Machado, Oliveira and Fernandes (2009), severity 1. */
+const SIGHTS: Record<string, number[][]> = {
+  full: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  protan: [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+  deutan: [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+  tritan: [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
+};
+
+function lab(rgb: Rgb): Rgb {
+  const xyz = apply([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]], rgb);
+  const white = [0.95047, 1, 1.08883];
+  const [x, y, z] = xyz.map((v, k) => {
+    const t = v / white[k]!;
+    return t > 0.008856 ? Math.cbrt(t) : 7.787 * t + 16 / 116;
+  }) as Rgb;
+  return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
+}
+
+function difference(a: string, b: string, sight: number[][]): number {
+  const [p, q] = [lab(apply(sight, linear(a))), lab(apply(sight, linear(b)))];
+  return Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
+
+describe.each(PALETTES)("the %s palette", (palette) => {
+  const colours = SHIP_COLOURS[palette];
+
+  it.each(Object.keys(SIGHTS))("tells ships apart with %s colour vision", (sight) => {
+    for (let i = 0; i < PLACES; i++)
+      for (let j = 0; j < i; j++)
+        expect(
+          difference(colours[i]!, colours[j]!, SIGHTS[sight]!),
+          `${colours[i]} and ${colours[j]}`,
+        ).toBeGreaterThan(12);
+  });
+
+  it("keeps away from the red of alarms", () => {
+    for (const colour of colours)
+      expect(difference(colour, theme(palette, "alarm"), SIGHTS.full!), colour).toBeGreaterThan(35);
+  });
+
+  it("can be seen on the sea and on the panels (3:1), and so can own ship and alarms", () => {
+    for (const ground of ["sea", "panel"])
+      for (const colour of [...colours, theme(palette, "own"), theme(palette, "alarm")])
+        expect(contrast(colour, theme(palette, ground)), `${colour} on ${ground}`).toBeGreaterThan(3);
+  });
+
+  it("carries numbers that can be read (4.5:1)", () => {
+    for (const colour of colours)
+      expect(contrast(colour, numberInk(colour, palette)), colour).toBeGreaterThanOrEqual(4.5);
+  });
+
+  it("can be read (4.5:1)", () => {
+    const pairs = [["ink", "panel"], ["soft", "panel"], ["soft", "sea"], ["ring-text", "sea"],
+      ["on-warn", "warn"], ["on-alarm", "alarm"], ["on-accent", "accent"], ["alarm", "panel"]];
+    for (const [ink, ground] of pairs)
+      expect(contrast(theme(palette, ink!), theme(palette, ground!)), `${ink} on ${ground}`)
+        .toBeGreaterThanOrEqual(4.5);
+  });
+});
+
+it("measures contrast as WCAG does", () => {
+  expect(contrast("#000000", "#ffffff")).toBeCloseTo(21);
+  expect(contrast("#777777", "#ffffff")).toBeCloseTo(4.48, 2);
+});
+
+it("does not dazzle at night", () => {
+  for (const colour of [...SHIP_COLOURS.night, theme("night", "ink"), theme("night", "own")])
+    expect(luminance(colour), colour).toBeLessThan(0.3);
+});
+
+describe("the book of colours", () => {
+  const sea = (...ids: string[]): Set<string> => new Set(ids);
+
+  it("keeps a ship's place while she is there", () => {
+    const book = new Book();
+    book.update(["a", "b"], sea("a", "b", "c"));
+    const before = book.place("b");
+    book.update(["c", "a"], sea("a", "b", "c"));
+    expect(book.place("b")).toBe(before);
+    expect(book.place("c")).not.toBe(before);
+  });
+
+  it("gives no place twice and takes it from those of least note when all are held", () => {
+    const book = new Book();
+    const all = Array.from({ length: PLACES + 2 }, (_, k) => `s${k}`);
+    book.update(all.slice(0, PLACES), new Set(all));
+    book.update(["s6", "s7", "s0", "s1", "s2", "s3"], new Set(all));
+    const held = all.map((id) => book.place(id)).filter((p) => p !== null);
+    expect(new Set(held).size).toBe(held.length);
+    expect(held.length).toBe(PLACES);
+    expect(book.place("s6")).not.toBeNull();
+    expect(book.place("s0")).toBe(0);
+  });
+
+  it("gives ship 3 the number 3 while it is free", () => {
+    const book = new Book();
+    book.update(["3", "1", "230008070"], sea("3", "1", "230008070"));
+    expect([book.place("3"), book.place("1"), book.place("230008070")]).toEqual([2, 0, 1]);
+  });
+
+  it("frees the place of a ship that is gone", () => {
+    const book = new Book();
+    book.update(["a"], sea("a"));
+    book.update(["b"], sea("b"));
+    expect(book.place("a")).toBeNull();
+    expect(book.place("b")).toBe(0);
+  });
+});

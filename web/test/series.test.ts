@@ -1,0 +1,81 @@
+import { describe, expect, it } from "vitest";
+
+import { againstMidships, ofShips, once, priorities } from "../src/domain/series";
+import { radians } from "../src/domain/units";
+import { added, MOST_FRAMES } from "../src/domain/history";
+import { frame, target } from "./frames";
+
+const sweep = {
+  rudder_rad: [-2, -1, 0, 1, 2].map(radians),
+  waypoint: [28, 29, 30, 29, 28],
+  collision: [-9, -6, -3, -2, -1],
+};
+
+describe("rows for plots", () => {
+  it("leave a gap where a ship or a value is absent", () => {
+    const frames = [
+      frame(0, [target("1", { attention: 0.4 })]),
+      frame(5, [target("2", { attention: 1 })]),
+      frame(10, [target("1"), target("2", { attention: 0.7 })]),
+    ];
+    expect(ofShips(frames, ["1", "2"], (t) => t.attention)).toEqual([
+      [0, 5 / 60, 10 / 60],
+      [0.4, null, null],
+      [null, 1, 0.7],
+    ]);
+  });
+
+  it("take priorities as the frame gives them", () => {
+    const frames = [frame(0), frame(60, [], { priority: { waypoint: -0.3, collision: 0.5 } })];
+    expect(priorities(frames)).toEqual([[0, 1], [null, -0.3], [null, 0.5]]);
+  });
+});
+
+it("tables are made once for the same frames, and anew for others", () => {
+  const frames = [frame(0)];
+  let made = 0;
+  const make = () => {
+    made++;
+    return priorities(frames);
+  };
+  expect(once(frames, "a", make)).toBe(once(frames, "a", make));
+  expect(made).toBe(1);
+  once([...frames], "a", make);
+  once(frames, "b", make);
+  expect(made).toBe(3);
+});
+
+describe("the worth of each rudder", () => {
+  const here = frame(0, [target("1", { q_sweep: [-5, -4, -2, -1, 0] }), target("2")], { sweep });
+
+  it("is zero amidships, in all and in each part", () => {
+    const table = againstMidships(here, ["1"])!;
+    expect(table.total[2]).toBe(0);
+    expect(table.waypoint[2]).toBe(0);
+    expect(table.ships[0]!.values[2]).toBe(0);
+  });
+
+  it("is the sum of the sub-tasks", () => {
+    const table = againstMidships(here, [])!;
+    expect(table.total).toEqual([-8, -4, 0, 0, 0]);
+  });
+
+  it("leaves out ships without a row, and is absent without a critic", () => {
+    expect(againstMidships(here, ["1", "2"])!.ships.map((s) => s.id)).toEqual(["1"]);
+    expect(againstMidships(frame(0), [])).toBeNull();
+  });
+});
+
+describe("the frames held", () => {
+  it("are an hour at most", () => {
+    let frames = [frame(0)];
+    for (let k = 1; k < MOST_FRAMES + 50; k++) frames = added(frames, frame(5 * k));
+    expect(frames.length).toBe(MOST_FRAMES);
+    expect(frames.at(-1)!.time_s).toBe(5 * (MOST_FRAMES + 49));
+  });
+
+  it("forget what was after, when time is set back", () => {
+    const frames = [0, 5, 10, 15].map((t) => frame(t));
+    expect(added(frames, frame(5)).map((f) => f.time_s)).toEqual([0, 5]);
+  });
+});
