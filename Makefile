@@ -5,19 +5,20 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 PYTEST_FLAGS ?=
 BIN := $(VENV)/bin
-DEMO := out/demo
+STORIES := out/stories
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 PAGE := src/glasshelm/bridge/static/index.html
 PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
 
-.PHONY: help install test page page-test demo bench safety lint format wheel clean
+.PHONY: help install test page page-test demo stories bench safety lint format wheel clean
 
 help:
 	@echo "make test    all tests"
 	@echo "make page    the bridge page, built into the package (Node from PyPI if none is there)"
-	@echo "make demo    two explained encounters, each a page to read in the browser"
+	@echo "make demo    the bridge: a live page of a real ship's traffic and the pilot's advice"
+	@echo "make stories two explained encounters, each a report to read in the browser"
 	@echo "make bench   measured speeds of this machine"
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make lint    ruff and pyright"
@@ -54,18 +55,17 @@ format: install
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 
-demo: install
-	$(BIN)/glasshelm explain gulf-of-finland --advise --out $(DEMO)/gulf-of-finland
-	$(BIN)/glasshelm explain imazu:5 --out $(DEMO)/imazu-5
+demo: install page
+	$(BIN)/glasshelm bridge
+
+stories: install
+	$(BIN)/glasshelm explain gulf-of-finland --advise --out $(STORIES)/gulf-of-finland
+	$(BIN)/glasshelm explain imazu:5 --out $(STORIES)/imazu-5
 	@echo
 	@echo "A real own ship and her AIS traffic in the Gulf of Finland, with advice beside what she did:"
-	@echo "  $(CURDIR)/$(DEMO)/gulf-of-finland/report.html"
+	@echo "  $(CURDIR)/$(STORIES)/gulf-of-finland/report.html"
 	@echo "Imazu case 5, steered by the pilot:"
-	@echo "  $(CURDIR)/$(DEMO)/imazu-5/report.html"
-	@if [ -z "$$CI" ] && [ "$$(uname)" = Darwin -o -n "$$DISPLAY$$WAYLAND_DISPLAY" ]; then \
-	  $(BIN)/python -m webbrowser -t "file://$(CURDIR)/$(DEMO)/gulf-of-finland/report.html"; \
-	  $(BIN)/python -m webbrowser -t "file://$(CURDIR)/$(DEMO)/imazu-5/report.html"; \
-	fi
+	@echo "  $(CURDIR)/$(STORIES)/imazu-5/report.html"
 
 bench: install
 	@for name in smoke explain_latency training; do \
