@@ -15,11 +15,13 @@ from glasshelm.encounters.random import FAMILIES
 from glasshelm.encounters.source import BUNDLED, generated, scenario_from
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError
-from glasshelm.pilots.catalogue import UNTRAINED, bundled, default_pilot, pilot_named
+from glasshelm.evaluation.entrants import ship_of
+from glasshelm.pilots.catalogue import METHODS, UNTRAINED, bundled, default_pilot, pilot_named
+from glasshelm.pilots.course import CoursePilot
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.planner import PlannerPilot
+from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.types import Pilot
-from glasshelm.ships import SHIPS, ShipParams, ship_named
+from glasshelm.ships import ShipParams, ship_named
 
 #: Before a file: it is played as if its traffic were here and now.
 LIVE = "live:"
@@ -29,6 +31,19 @@ _RECORDINGS = {
 }
 #: Random encounters that the menu offers; any other seed can be asked for.
 _RANDOM = ("random:35", "random:7", "random:12:6", "wide:3", "converging:2")
+
+
+#: The ways of choosing courses as the page calls them.
+TITLES = {
+    "waypoint": "To the waypoint",
+    "cpa": "CPA rule",
+    "vo": "Velocity obstacles",
+    "vo-colregs": "Velocity obstacles, COLREGs",
+    "apf": "Potential field",
+    "fuzzy": "Fuzzy risk",
+    "mpc": "Scenario MPC",
+    "planner": "Planner",
+}
 
 
 class Catalogue:
@@ -122,11 +137,14 @@ def _known(source: str) -> bool:
 
 
 def _card(name: str, pilot: Pilot) -> PilotCard:
+    ship = ship_of(pilot)
     if isinstance(pilot, LearnedPilot):
-        ship = next((n for n, ship in SHIPS.items() if ship == pilot.trained.ship), None)
         return PilotCard(name, f"Learned: {name}", "learned", ship)
-    if isinstance(pilot, PlannerPilot):
-        ship = next((n for n, ship in SHIPS.items() if ship is pilot.ship), None)
-        return PilotCard(name, f"Planner: {name}", "planner", ship)
-    title = "Keeps her course" if name == "straight" else name
-    return PilotCard(name, title, "classical", None)
+    if isinstance(pilot, CoursePilot):
+        kind = "planner" if pilot.method is PLANNER else "classical"
+        return PilotCard(name, f"{TITLES[_method(pilot)]}: {name}", kind, ship)
+    return PilotCard(name, "Keeps her course", "classical", ship)
+
+
+def _method(pilot: CoursePilot) -> str:
+    return next(name for name, method in METHODS.items() if method is pilot.method)
