@@ -9,8 +9,9 @@ from glasshelm import __version__
 #: name -> one line of help. Each is a module of this package with a function
 #: ``run`` whose typed parameters tyro turns into options.
 COMMANDS = {
-    "bridge": "Serve the live page: watch a voyage, its decisions and their reasons",
+    "bridge": "Serve the live page: simulated, recorded or live traffic, advice and reasons",
     "evaluate": "Put pilots through suites of encounters: safety, rules, way, with intervals",
+    "exam": "Put the explanations of a pilot to the test: which of them are true",
     "explain": "Sail an encounter and tell its story: figures, frames, report.html",
     "run": "Sail an encounter headless and write its frames",
     "train": "Train a pilot",

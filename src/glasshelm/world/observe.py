@@ -70,8 +70,14 @@ def see(own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, "
     own_v = velocity(own.heading_rad, own.speed_m_s)
     target_v = velocity(motion.course_rad, motion.speed_m_s)
     relative_v = to_body(Vector(target_v.x - own_v.x, target_v.y - own_v.y), own.heading_rad)
+    s_oth = target_row(offset, relative_v)
+    return Sight(s_wp, jnp.where(present[:, None], s_oth, 0.0), present)
+
+
+def target_row(offset: Vector, relative_v: Vector) -> Float[Array, "*n 10"]:
+    """One normalised row of Eq. 11 a target: her place [m] and motion [m/s] in the body frame."""
     cpa = closest_approach(offset, relative_v)
-    s_oth = jnp.stack(
+    return jnp.stack(
         [
             offset.x / LENGTH_M,
             offset.y / LENGTH_M,
@@ -86,7 +92,6 @@ def see(own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, "
         ],
         axis=-1,
     )
-    return Sight(s_wp, jnp.where(present[:, None], s_oth, 0.0), present)
 
 
 def nothing_seen(slots: int) -> Observation:

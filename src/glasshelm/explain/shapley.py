@@ -1,0 +1,143 @@
+"""What each ship contributes to a decision: Shapley values per ship (docs/explanations.md).
+
+The actor takes any set of ships, so a ship is left out by not being there: no
+baseline, no padding value stands in for her. Three games, three questions:
+
+* ``rudder``    v(S) = δ_lim π(s_S): how far does each ship move the rudder? [rad, + starboard]
+* ``decision``  v(S) = Q(s_N, π(s_S)): what is it worth, in the scene as it is, to know of her?
+* ``contrast``  v(S) = Q(s_S, a) − Q(s_S, 0): Eq. 22, whose Shapley value is the priority itself.
+
+For a critic that is a sum over ships (Eq. 19) the Shapley value of Q(s_S, a) at a
+fixed action is Q_ca(s_i, a): the danger of the paper is one.
+"""
+
+from collections.abc import Callable
+from typing import Literal
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+
+from glasshelm.errors import InputError
+from glasshelm.explain.coalitions import MOST, Shares, coalitions, shares
+from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.world.observe import Observation
+
+Game = Literal["rudder", "decision", "contrast"]
+#: The worth of one coalition: which ships are in it -> v(S).
+Worth = Callable[[Bool[Array, " n"]], Float[Array, ""]]
+
+#: Permutations drawn, each also read backwards, where there are too many ships for all coalitions.
+PERMUTATIONS = 128
+
+
+def worth_of(
+    game: Game,
+    actor: Actor,
+    critic: SubTaskCritic | None,
+    seen: Observation,
+    rudder_limit_rad: float | Float[Array, ""],
+) -> Worth:
+    """v(S) of one of the games. InputError where it needs a critic and there is none."""
+
+    def only(members: Bool[Array, " n"]) -> Observation:
+        return eqx.tree_at(lambda o: o.present, seen, seen.present & members)
+
+    if game == "rudder":
+        return lambda members: actor(only(members)) * rudder_limit_rad
+    if critic is None:
+        raise InputError(f"the game {game!r} needs a critic, and this pilot has none")
+    if game == "decision":
+        return lambda members: critic(seen, actor(only(members))).total
+    action = actor(seen)
+
+    def contrast(members: Bool[Array, " n"]) -> Float[Array, ""]:
+        scene = only(members)
+        return critic(scene, action).total - critic(scene, jnp.zeros_like(action)).total
+
+    return contrast
+
+
+def exact_shares(worth: Worth, ships: int) -> Shares:
+    """Shares from the worths of all 2ⁿ coalitions of the first ``ships`` slots.
+
+    ``vmap`` runs over the membership alone, so what does not depend on it
+    (each ship's encoding, each pair's attention score) is computed once.
+    """
+    return shares(jax.vmap(worth)(jnp.asarray(coalitions(ships))))
+
+
+def sampled_shares(
+    worth: Worth, ships: int, key: PRNGKeyArray, permutations: int = PERMUTATIONS
+) -> Shares:
+    """Shares from random orders of joining, each also read backwards (antithetic).
+
+    ``error`` is the standard error of the mean over the pairs of orders;
+    ``pairs`` are not sampled and are 0. The shares still add up to v(N) − v(∅).
+    """
+
+    def by_joining(rank: Int[Array, " n"]) -> Float[Array, " n"]:
+        """What each ship adds when ships join in the order of ``rank``."""
+        steps = rank[None, :] < jnp.arange(ships + 1)[:, None]
+        gained = jnp.diff(jax.vmap(worth)(steps))
+        return gained[rank]
+
+    def order(key: PRNGKeyArray) -> Float[Array, " n"]:
+        rank = jnp.argsort(jax.random.permutation(key, ships))
+        return (by_joining(rank) + by_joining(ships - 1 - rank)) / 2
+
+    found = jax.lax.map(order, jax.random.split(key, permutations))
+    everyone = jnp.ones(ships, bool)
+    return Shares(
+        worth(~everyone),
+        worth(everyone),
+        found.mean(0),
+        jnp.zeros((ships, ships)),
+        found.std(0, ddof=1) / np.sqrt(permutations),
+    )
+
+
+def ship_shares(
+    game: Game,
+    actor: Actor,
+    critic: SubTaskCritic | None,
+    seen: Observation,
+    rudder_limit_rad: float,
+) -> Shares:
+    """Each ship's share of a decision, slot by slot; empty slots have none.
+
+    For one observation on the host. Exact up to :data:`MOST` ships; beyond, from
+    2 x :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is
+    compiled for each number of ships.
+    """
+    here = np.flatnonzero(np.asarray(seen.present))
+    scene = Observation(
+        jnp.asarray(seen.waypoint),
+        jnp.asarray(np.asarray(seen.targets)[here]),
+        jnp.ones(len(here), bool),
+    )
+    found = _program(game, actor, critic, scene, jnp.float32(rudder_limit_rad))
+    slots = len(np.asarray(seen.present))
+    places = np.ix_(here, here)
+    by_ship, error = np.zeros(slots, np.float32), np.zeros(slots, np.float32)
+    pairs = np.zeros((slots, slots), np.float32)
+    by_ship[here], error[here], pairs[places] = found.by_ship, found.error, found.pairs
+    return Shares(found.none, found.all, *(jnp.asarray(x) for x in (by_ship, pairs, error)))
+
+
+@eqx.filter_jit
+def _program(
+    game: Game,
+    actor: Actor,
+    critic: SubTaskCritic | None,
+    scene: Observation,
+    rudder_limit_rad: Float[Array, ""],
+) -> Shares:
+    ships = scene.present.shape[0]
+    worth = worth_of(game, actor, critic, scene, rudder_limit_rad)
+    if ships <= MOST:
+        return exact_shares(worth, ships)
+    return sampled_shares(worth, ships, jax.random.key(0))

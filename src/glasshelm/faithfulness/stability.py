@@ -1,0 +1,92 @@
+"""Does an explanation hold still when the scene does, and change when the pilot does?"""
+
+from typing import TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, PRNGKeyArray
+
+from glasshelm.faithfulness.explainers import Explainer
+from glasshelm.geometry import Vector
+from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.ships import KNOT_M_S
+from glasshelm.world.observe import LENGTH_M, SPEED_M_S, TARGET_FEATURES, Observation, target_row
+
+#: An actor, a critic, or that there is none.
+Network = TypeVar("Network")
+
+#: Errors of AIS as navigators meet them: position [m] and each component of velocity [m/s].
+POSITION_M = 10.0
+VELOCITY_M_S = 0.1 * KNOT_M_S
+#: Draws of which the worst counts.
+DRAWS = 10
+
+_DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx", "vy"))
+
+
+def shaken(seen: Observation, key: PRNGKeyArray) -> Observation:
+    """The same scene through sensors that err: one offset a ship, the same in all five frames.
+
+    Offsets are uniform in ± :data:`POSITION_M` and ± :data:`VELOCITY_M_S` on each
+    axis; everything that follows from them (distance, CPA) is computed anew.
+    """
+    place_key, speed_key = jax.random.split(key)
+    ships = seen.present.shape[-1]
+    moved = jax.random.uniform(place_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * POSITION_M
+    faster = jax.random.uniform(speed_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * VELOCITY_M_S
+    offset = seen.targets[..., (_DX, _DY)] * LENGTH_M + moved
+    speed = seen.targets[..., (_VX, _VY)] * SPEED_M_S + faster
+    rows = target_row(Vector(offset[..., 0], offset[..., 1]), Vector(speed[..., 0], speed[..., 1]))
+    return eqx.tree_at(lambda o: o.targets, seen, rows)
+
+
+def sensitivity(
+    explainer: Explainer,
+    actor: Actor,
+    critic: SubTaskCritic | None,
+    seen: Observation,
+    key: PRNGKeyArray,
+) -> Float[Array, ""]:
+    """max ‖e(s + ε) − e(s)‖ / ‖e(s)‖ over :data:`DRAWS` draws of the sensors' errors."""
+    told = explainer.of(actor, critic, seen, key)
+
+    def change(draw: PRNGKeyArray) -> Float[Array, ""]:
+        return jnp.linalg.norm(explainer.of(actor, critic, shaken(seen, draw), key) - told)
+
+    worst = jax.vmap(change)(jax.random.split(key, DRAWS)).max()
+    return worst / jnp.maximum(jnp.linalg.norm(told), 1e-9)
+
+
+def own_sensitivity(actor: Actor, seen: Observation, key: PRNGKeyArray) -> Float[Array, ""]:
+    """The same of the rudder itself: a jumpy pilot is not the explanation's fault."""
+    rudder = actor(seen)
+
+    def change(draw: PRNGKeyArray) -> Float[Array, ""]:
+        return jnp.abs(actor(shaken(seen, draw)) - rudder)
+
+    return jax.vmap(change)(jax.random.split(key, DRAWS)).max() / jnp.maximum(jnp.abs(rudder), 1e-9)
+
+
+def forgotten(network: Network, seed: int) -> Network:
+    """The network with every weight exchanged for another of the same matrix, at random.
+
+    Shapes and scales stay, everything learned is lost (Adebayo et al. 2018, all layers).
+    """
+    leaves, tree = jax.tree.flatten(network)
+    rng = np.random.default_rng(seed)
+    mixed = [jnp.asarray(rng.permutation(np.ravel(x)).reshape(x.shape)) for x in leaves]
+    return jax.tree.unflatten(tree, mixed)
+
+
+def spearman(a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, ""]:
+    """Spearman's ρ by mean ranks; 0 where one has only ties."""
+
+    def ranks(x: Float[Array, " n"]) -> Float[Array, " n"]:
+        above = (x[:, None] > x[None, :]).sum(1) + ((x[:, None] == x[None, :]).sum(1) - 1) / 2
+        return above - above.mean()
+
+    ra, rb = ranks(a), ranks(b)
+    return (ra * rb).sum() / jnp.maximum(jnp.sqrt((ra**2).sum() * (rb**2).sum()), 1e-9)
