@@ -39,6 +39,8 @@ def now(
 ) -> Now | None:
     """The sentence of the last of these frames; None where nothing is decided.
 
+    Its CPAs are of the last frame, as those beside it on a page are.
+
     ``ahead`` is own ship's predicted track (east, north [m], heading [rad]) at
     every step, from the last frame on.
     """
@@ -77,7 +79,7 @@ def _why(voyage: Series, frame: Frame) -> str:
     run = _run(voyage)
     if run.turn_rad == 0:
         return _nearest(frame)
-    reasons = why(voyage, run).lstrip(":; ")
+    reasons = why(voyage, run, told_at=run.end).lstrip(":; ")
     text = f"{reasons[:1].upper()}{reasons[1:]}"
     more = focus(voyage, run).rstrip(".")
     return f"{text}. {more}" if more else text

@@ -11,19 +11,21 @@ from glasshelm.report.words import NOTHING, amount, approach, listed, miles, whe
 SHARE = 0.4
 
 
-def why(voyage: Series, episode: Episode) -> str:
+def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     """The reason of a turn or an advice, from mean priorities while the rudder was that way.
 
     Begins with its own punctuation, to follow what was done. Says which ships'
     values the rudder raises, what it costs or brings for the waypoint, and says
-    so when neither is positive.
+    so when neither is positive. CPAs are those of the frame ``told_at``: by default
+    of the beginning, when the decision was made.
     """
+    k = episode.start if told_at is None else told_at
     at = _acting(voyage, episode)
     waypoint, ships = _mean(voyage.priority_waypoint, at), _mean(voyage.priority_collision, at)
     if np.isnan(waypoint) or np.isnan(ships):
-        return f"; {_nearest(voyage, episode.start)}"
+        return f"; {_nearest(voyage, k)}"
     if ships > NOTHING:
-        return f": {_for_ships(voyage, episode, at, waypoint, ships)}"
+        return f": {_for_ships(voyage, k, at, waypoint, ships)}"
     none = "" if _positive(voyage, at) else "; no ship's priority is positive"
     if waypoint <= NOTHING:
         return (
@@ -56,14 +58,12 @@ def focus(voyage: Series, episode: Episode) -> str:
     return f"{text}, the largest intention belongs to {meant.name}."
 
 
-def _for_ships(
-    voyage: Series, episode: Episode, at: np.ndarray, waypoint: float, ships: float
-) -> str:
+def _for_ships(voyage: Series, k: int, at: np.ndarray, waypoint: float, ships: float) -> str:
     leading = _positive(voyage, at)
     best = _mean(leading[0].priority, at)
     named = [s for s in leading[:2] if _mean(s.priority, at) >= SHARE * best]
-    who = listed([f"{s.name} ({_threat(s, episode.start)})" for s in named])
-    coming = 0 < named[0].tcpa_s[episode.start] < CPA_HORIZON_S
+    who = listed([f"{s.name} ({_threat(s, k)})" for s in named])
+    coming = 0 < named[0].tcpa_s[k] < CPA_HORIZON_S
     danger = f"danger from {who}" if coming else f"the gain with {who}"
     if waypoint > NOTHING:
         return f"{danger}; it also gains {amount(waypoint)} of course value"
@@ -78,7 +78,7 @@ def _for_ships(
 
 
 def _threat(ship: ShipSeries, k: int) -> str:
-    """Her CPA at the beginning of the episode, or where she first comes into sight after."""
+    """Her CPA in frame ``k``, or where she first comes into sight after it."""
     if np.isnan(ship.range_m[k]):
         k = int(np.flatnonzero(np.isfinite(ship.range_m))[0])
     words = approach(float(ship.dcpa_m[k]), float(ship.tcpa_s[k]))

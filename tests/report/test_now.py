@@ -1,0 +1,70 @@
+"""The sentence of an instant, on a voyage that is really sailed."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+
+import glasshelm
+from glasshelm.encounters.source import scenario_from
+from glasshelm.report.now import now
+from glasshelm.report.words import approach
+from glasshelm.ships import ship_named
+from glasshelm.voyage import sail
+
+
+@pytest.fixture(scope="module")
+def frames():
+    scenario = scenario_from("random:35", ship_named("paper"))
+    return list(sail(scenario, glasshelm.load("paper-attention"), 24))
+
+
+def ahead_of(frame, turn_rad):
+    """A track of 20 minutes that turns at once and goes straight on."""
+    heading = frame.own.heading_rad + turn_rad * np.minimum(np.arange(241) / 12, 1.0)
+    east = frame.own.east_m + np.cumsum(5 * frame.own.speed_m_s * np.sin(heading))
+    north = frame.own.north_m + np.cumsum(5 * frame.own.speed_m_s * np.cos(heading))
+    return np.stack([east, north, heading], axis=1)
+
+
+def test_it_says_what_the_helm_does_and_why(frames):
+    turning = next(k for k, f in enumerate(frames) if abs(f.decision.rudder_rad) > 0.01)
+    said = now(frames[: turning + 1])
+    side = "starboard" if frames[turning].decision.rudder_rad > 0 else "port"
+    assert said.what.startswith("Rudder")
+    assert f"to {side}" in said.what
+    assert said.why
+
+
+def test_the_cpa_in_the_sentence_is_the_present_one(frames):
+    last = frames[-1]
+    said = now(frames)
+    quoted = [t for t in last.targets if approach(t.dcpa_m, t.tcpa_s) in said.why]
+    assert quoted, said.why
+    assert all(t.name in said.why for t in quoted)
+
+
+def test_what_comes_is_read_from_the_predicted_track(frames):
+    said = now(frames, ahead_of(frames[-1], math.radians(30)))
+    whole = round(math.degrees(frames[-1].own.heading_rad) + 30) % 360
+    assert f"To {whole:03d}°" in said.next
+    steady = now(frames, ahead_of(frames[-1], 0.0))
+    assert steady.next.startswith("Steady on")
+    assert "20 min" in steady.next
+
+
+def test_an_advice_says_that_it_is_one(frames):
+    decision = msgspec.structs.replace(frames[0].decision, applied=False)
+    assert now([msgspec.structs.replace(frames[0], decision=decision)]).what.startswith("Advice:")
+
+
+def test_where_nothing_is_decided_nothing_is_said(frames):
+    assert now([msgspec.structs.replace(frames[0], decision=None)]) is None
+
+
+def test_a_lost_ship_is_not_passed(frames):
+    gone = [msgspec.structs.replace(t, lost=True) for t in frames[-1].targets]
+    last = msgspec.structs.replace(frames[-1], targets=gone)
+    said = now([*frames[:-1], last], ahead_of(frames[-1], 0.0))
+    assert "passes" not in said.next
