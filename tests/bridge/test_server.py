@@ -247,11 +247,23 @@ def test_alarms_reach_all_viewers_and_are_acknowledged_for_all(tmp_path):
             assert [a["state"] for a in _alarms(viewer)] == ["acknowledged"]
         first.ask("limits", dcpa_m=1852.0, tcpa_s=60.0)
         assert _alarms(first) == []
+        assert _next(second, "hello")["limits"] == {"dcpa_m": 1852.0, "tcpa_s": 60.0}
+
+
+def test_a_new_session_s_log_comes_onto_the_list_of_all(tmp_path):
+    with bridge(tmp_path) as client, page(client) as first, page(client) as second:
+        second.until("alarms")
+        first.until("alarms").ask("open", source="imazu:3")
+        assert len(_next(second, "hello")["catalogue"]["logs"]) == 2
 
 
 def _alarms(viewer: Page) -> list[dict]:
-    """The next list of alarms that is not the empty one of the beginning."""
+    return _next(viewer, "alarms")["alarms"]
+
+
+def _next(viewer: Page, kind: str) -> dict:
+    """The next message of a kind, whatever comes before it."""
     while True:
         message = viewer._socket.receive_json()
-        if message["type"] == "alarms":
-            return message["alarms"]
+        if message["type"] == kind:
+            return message

@@ -53,9 +53,7 @@ class Conductor:
 
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
-        catalogue = await self._work(self.catalogue.told)
-        bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
-        viewer.put("hello", m.written(m.Hello(__version__, catalogue, bounds)))
+        viewer.put(*await self._hello())
         async with self._lock:
             if self._stage is not None:
                 viewer.put("session", self._session_now(self._stage))
@@ -155,7 +153,8 @@ class Conductor:
                 self._tell(told)
             case m.Limits():
                 self._limits = asked
-                self._tell(await self._work(lambda: stage.limit(asked)))
+                told = await self._work(lambda: stage.limit(asked))
+                self._tell([await self._hello(), *told])
 
     async def _open(self, asked: m.Open | m.Replay) -> None:
         name = asked.source if isinstance(asked, m.Open) else asked.log
@@ -180,7 +179,8 @@ class Conductor:
             await self._work(old.close)
         self._listening = asyncio.create_task(self._listen(stage.session))
         self._playing, self._rate = True, 1.0
-        self._tell([("session", self._session_now(stage)), *told])
+        # Again, as there is one log more.
+        self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
 
     async def _listen(self, session: Session) -> None:
         try:
@@ -220,6 +220,12 @@ class Conductor:
     def _set(self, stage: Stage, playing: bool, rate: float) -> None:
         self._playing, self._rate = playing, rate
         self._tell([("session", self._session_now(stage))])
+
+    async def _hello(self) -> Told:
+        """What there is to open, and the limits of the alarms."""
+        catalogue = await self._work(self.catalogue.told)
+        bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
+        return "hello", m.written(m.Hello(__version__, catalogue, bounds))
 
     def _there(self) -> Stage:
         if self._stage is None:
