@@ -125,9 +125,13 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """Debian's Chromium; these tests are skipped where there is none."""
+    """Debian's Chromium; these tests are skipped where there is none.
+
+    Not for the whole session: while it is driven an event loop runs in this
+    thread, and no test of another module could begin one of its own.
+    """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     named = os.environ.get("GLASSHELM_CHROMIUM")
     found = named or next((path for path in map(shutil.which, NAMES) if path), None)
