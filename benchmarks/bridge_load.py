@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--slow", action="store_true")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as logs:
-        server, url = start(args.targets, args.pilot, logs)
+        server, url = start(f"random:1:{args.targets}", args.pilot, logs)
         try:
             asyncio.run(measure(server.pid, url, args))
         finally:
@@ -45,8 +45,8 @@ def main() -> None:
             server.wait(timeout=60)
 
 
-def start(targets: int, pilot: str, logs: str) -> tuple[subprocess.Popen[str], str]:
-    source = f"random:1:{targets}"
+def start(source: str, pilot: str, logs: str) -> tuple[subprocess.Popen[str], str]:
+    """A bridge in a process of its own, and its address (host:port)."""
     options = ["--pilot", pilot, "--log", logs, "--no-open"]
     command = [sys.executable, "-m", "glasshelm", "bridge", source, *options]
     server = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
@@ -135,10 +135,15 @@ async def sleep_through(url: str, end: float) -> None:
 async def watch_memory(pid: int, end: float) -> list[float]:
     found = []
     while time.monotonic() < end - 1:
-        with open(f"/proc/{pid}/statm") as statm:
-            found.append(int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6)
+        found.append(resident_mb(pid))
         await asyncio.sleep(5)
     return found
+
+
+def resident_mb(pid: int) -> float:
+    """A process's resident set, from /proc."""
+    with open(f"/proc/{pid}/statm") as statm:
+        return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 if __name__ == "__main__":

@@ -230,7 +230,11 @@ def test_mangled_messages_are_answered_counted_and_survived(tmp_path):
         viewer.until("failure")
         viewer.ask("ping", filler="x" * LARGEST).until("failure")
         assert "at most" in viewer.failures[-1]
-        assert client.get("/api/health").json()["refused_messages"] == len(mangled) + 2
+        viewer.ask("acknowledge", id="none").until("failure")
+        health = client.get("/api/health").json()
+        assert health["refused_messages"] == len(mangled) + 2
+        assert health["failed_messages"] == 1
+        assert health["messages"] == len(mangled) + 4
         viewer.ask("ping").until("pong")
 
 

@@ -76,7 +76,9 @@ def application(
                 "version": __version__,
                 "status": "ok",
                 "viewers": len(conductor.viewers),
+                "messages": conductor.asked,
                 "refused_messages": conductor.refused,
+                "failed_messages": conductor.failed,
                 "dropped_frames": dropped,
             }
         )

@@ -32,7 +32,8 @@ _log = logging.getLogger("glasshelm.bridge")
 class Conductor:
     """Plays a session to its viewers.
 
-    ``refused`` counts messages of viewers that were none, ``dropped`` the
+    ``asked`` counts all messages of viewers, ``refused`` those of them that were
+    none, ``failed`` those that asked for what cannot be done; ``dropped`` the
     frames that viewers who have left were too slow for. ``writer`` is told of every
     frame of live traffic.
     """
@@ -41,7 +42,7 @@ class Conductor:
         self.catalogue, self.logs = catalogue, logs
         self.writer = writer
         self.viewers: set[Outbox] = set()
-        self.refused = 0
+        self.asked = self.refused = self.failed = 0
         self.dropped = 0
         self._stage: Stage | None = None
         self._limits = m.Limits()
@@ -67,6 +68,7 @@ class Conductor:
 
     async def heard(self, viewer: Outbox, text: str | bytes) -> None:
         """A viewer's message; what is wrong with it is told to her alone."""
+        self.asked += 1
         try:
             asked = m.read(text)
         except InputError as error:
@@ -77,8 +79,10 @@ class Conductor:
             # Shielded: a viewer who leaves does not take back what she asked for all.
             await asyncio.shield(asyncio.create_task(self.do(asked, viewer)))
         except InputError as error:
+            self.failed += 1
             viewer.put(*_failure(str(error)))
         except Exception:
+            self.failed += 1
             _log.exception("a request failed")
             viewer.put(*_failure("the server failed at this request"))
 
