@@ -19,10 +19,11 @@ from glasshelm.faithfulness.explainers import Explainer, explainers_for
 from glasshelm.faithfulness.rollouts import turned_without
 from glasshelm.faithfulness.scenes import COUNTS, scenes_of
 from glasshelm.faithfulness.scores import scores
-from glasshelm.faithfulness.stability import forgotten, own_sensitivity, sensitivity, spearman
+from glasshelm.faithfulness.stability import forgotten, sensitivity, spearman
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.world.observe import Observation
 from glasshelm.world.step import WorldState
 
 #: The scores by name, in the order of the table.
@@ -30,6 +31,9 @@ MEASURES = (
     "kendall", "top", "sign", "deletion", "insertion", "infidelity",
     "simulated", "sensitivity", "forgotten",
 )  # fmt: skip
+
+
+Networks = tuple[Actor, SubTaskCritic | None]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,7 +97,7 @@ def examine(
 @eqx.filter_jit
 def _scored(
     pilot: LearnedPilot,
-    blank: tuple[Actor, SubTaskCritic | None],
+    blank: Networks,
     explainers: tuple[Explainer, ...],
     scenes: tuple[Encounter, WorldState, Key[Array, " s"]],
 ) -> tuple[dict[str, dict[str, Array]], Array]:
@@ -104,25 +108,35 @@ def _scored(
     ship, networks = pilot.trained.ship, (pilot.actor, pilot.critic)
     inside = jnp.asarray(coalitions(scenes[0].present.shape[-1]))
 
+    signed = jnp.array([explainer.signed for explainer in explainers])
+    names = [explainer.name for explainer in explainers]
+
     def one(scene: tuple[Encounter, WorldState, PRNGKeyArray]):
         encounter, state, key = scene
         seen = state.observation
+
+        def tell(seen: Observation, networks: Networks = networks) -> Float[Array, "e n"]:
+            actor, critic = networks
+            return jnp.stack([explainer.of(actor, critic, seen, key) for explainer in explainers])
+
+        def rudder(seen: Observation) -> Float[Array, "1 1"]:
+            return pilot.actor(seen)[None, None]
+
         worth = worth_of("rudder", pilot.actor, None, seen, ship.rudder_limit_rad)
         rudders = jax.vmap(worth)(inside)
-        turned = turned_without(pilot.actor, encounter, state, ship)
-
-        def measured(explainer: Explainer) -> dict[str, Array]:
-            told = explainer.of(*networks, seen, key)
-            after = explainer.of(*blank, seen, key)
-            found = scores(told, rudders, explainer.signed)
-            return {field: getattr(found, field) for field in MEASURES[:6]} | {
-                "simulated": spearman(jnp.abs(told), jnp.abs(turned)),
-                "sensitivity": sensitivity(explainer, *networks, seen, key),
-                "forgotten": jnp.abs(spearman(jnp.abs(told), jnp.abs(after))),
-            }
-
-        measures = {explainer.name: measured(explainer) for explainer in explainers}
-        return measures, own_sensitivity(pilot.actor, seen, key)
+        turned = jnp.abs(turned_without(pilot.actor, encounter, state, ship))
+        told = tell(seen)
+        found = jax.vmap(lambda e, s: scores(e, rudders, s))(told, signed)
+        by_measure = {field: getattr(found, field) for field in MEASURES[:6]} | {
+            "simulated": jax.vmap(lambda e: spearman(jnp.abs(e), turned))(told),
+            "sensitivity": sensitivity(tell, seen, key),
+            "forgotten": jnp.abs(jax.vmap(spearman)(jnp.abs(told), jnp.abs(tell(seen, blank)))),
+        }
+        measures = {
+            name: {measure: values[i] for measure, values in by_measure.items()}
+            for i, name in enumerate(names)
+        }
+        return measures, sensitivity(rudder, seen, key)[0]
 
     return jax.vmap(one)(scenes)
 

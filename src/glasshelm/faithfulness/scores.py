@@ -7,7 +7,7 @@ All 2ⁿ rudders are known, so nothing is sampled: a random order scores exactly
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.explain.coalitions import coalitions, shares
 
@@ -31,13 +31,15 @@ class Scores(eqx.Module):
     infidelity: Float[Array, ""]
 
 
-def scores(told: Float[Array, " n"], worth: Float[Array, " k"], signed: bool) -> Scores:
+def scores(
+    told: Float[Array, " n"], worth: Float[Array, " k"], signed: bool | Bool[Array, ""]
+) -> Scores:
     """The scores of an explanation ``told`` against the rudders ``worth`` of all coalitions."""
     players = told.shape[0]
     true = shares(worth).by_ship
     size, place = jnp.abs(true), _places(jnp.abs(told))
     right = (jnp.sign(told) == jnp.sign(true)) * size
-    sign = right.sum() / jnp.maximum(size.sum(), 1e-12) if signed else jnp.array(jnp.nan)
+    sign = jnp.where(signed, right.sum() / jnp.maximum(size.sum(), 1e-12), jnp.nan)
     full = 2**players - 1
     left_out = jnp.abs(worth - worth[full])[::-1]  # by who is left out, not by who is in
     kept = jnp.abs(worth - worth[full])
