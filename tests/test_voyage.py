@@ -247,13 +247,8 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
 
 def test_interrupted_run_keeps_its_frames(tmp_path):
     out = tmp_path / "frames.jsonl"
-    args = [
-        sys.executable,
-        "-m",
-        "glasshelm",
-        "run",
-        "random:1:6",
-    ]  # a learned pilot: it takes seconds
+    # The planner: it takes far longer than the signal may be late.
+    args = [sys.executable, "-m", "glasshelm", "run", "random:1:6", "--pilot", "paper-planner"]
     run = subprocess.Popen(
         [*args, "--steps", "10000000", "--out", str(out)],
         stderr=subprocess.PIPE,

@@ -17,7 +17,7 @@ from glasshelm.explain.coalitions import coalitions, shares
 from glasshelm.explain.shapley import exact_shares, sampled_shares, ship_shares, worth_of
 from glasshelm.explain.values import values_at
 
-ORACLE = Path(__file__).parents[1] / "golden" / "shapiq.json"
+ORACLE = Path(__file__).parent / "shapiq.json"
 LIMIT = 0.087
 
 
