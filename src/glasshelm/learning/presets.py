@@ -68,7 +68,9 @@ PRESETS: dict[str, TrainConfig] = {
         imitation=ImitationSettings(
             # Farther off than the planner itself keeps: the actor will lose some of it.
             CourseSettings(danger_margin=0.4),
-            iterations=300,
+            iterations=200,
+            updates=200,
+            kept=16,
         ),
         # Gradients after lessons did harm (docs/algorithms/fast.md, L8).
         analytic=AnalyticSettings(iterations=0),

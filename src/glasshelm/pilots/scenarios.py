@@ -59,11 +59,11 @@ def scenario_costs(
     offsets = jnp.radians(jnp.asarray(settings.offsets_deg))
     helm, tau = helm_of(ship), settings.step_s
     zero = jnp.zeros_like(offsets)
-    start = Ahead(zero, zero, zero, zero + at.rate_of_turn_rad_s, zero)
+    start = Ahead.here(at.rate_of_turn_rad_s, offsets.size)
 
-    def go(ahead: Ahead, time: Float[Array, ""]) -> tuple[Ahead, None]:
+    def go(carry: tuple[Ahead, Array], time: Float[Array, ""]) -> tuple[tuple[Ahead, Array], None]:
+        ahead, worst = carry
         moved = sail_ahead(ahead, at.bearing_rad + offsets, helm, ship, tau)
-        worst = moved.value
         for i in range(at.position.x.shape[0]):
             there = Vector(
                 at.position.x[i] + at.velocity.x[i] * time - moved.x,
@@ -71,13 +71,13 @@ def scenario_costs(
             )
             hers = Vector(at.velocity.x[i], at.velocity.y[i])
             worst = jnp.maximum(worst, hazard(there, hers, moved.heading, time, ship, settings))
-        return dataclasses.replace(moved, value=worst), None
+        return (moved, worst), None
 
     times = jnp.arange(1, round(settings.horizon_s / tau) + 1, dtype=jnp.float32) * tau
-    ahead, _ = jax.lax.scan(go, start, times)
+    (_, worst), _ = jax.lax.scan(go, (start, zero), times)
     change = wrap_angle(offsets - last_rad)
     gain = jnp.where(change > 0, settings.to_starboard_gain, settings.to_port_gain)
-    return offsets, ahead.value + settings.offset_gain * offsets**2 + gain * change**2
+    return offsets, worst + settings.offset_gain * offsets**2 + gain * change**2
 
 
 def hazard(

@@ -16,13 +16,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.geometry import Vector, direction, norm, to_body, velocity, wrap_angle
+from glasshelm.geometry import Vector, direction, norm, velocity, wrap_angle
 from glasshelm.planning.helm import Helm, helm_of
 from glasshelm.ships import ShipParams
 from glasshelm.world.domain import danger_unclipped
 from glasshelm.world.observe import LENGTH_M, SPEED_M_S, Observation, waypoint_bearing_rad
 from glasshelm.world.rewards import course_reward
 from glasshelm.world.step import WorldSettings
+
+#: A beginning that is kept for so long counts as another choice (``stakes``).
+_LASTS_S = 200.0
 
 _SIDE = (10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0, 120.0)
 
@@ -40,16 +43,22 @@ class CourseSettings:
     offsets_deg: tuple[float, ...] = (*(-a for a in reversed(_SIDE)), *_SIDE)
     durations_s: tuple[float, ...] = (200.0, 400.0, 700.0, 1000.0, 1400.0, 1900.0)
     first_deg: tuple[float, ...] = (-90.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0, 90.0)
-    first_s: tuple[float, ...] = (200.0, 500.0, 900.0)
-    second_deg: tuple[float, ...] = (-60.0, -30.0, 30.0, 60.0)
-    second_s: tuple[float, ...] = (500.0, 1000.0)
+    first_s: tuple[float, ...] = (100.0, 250.0, 500.0, 900.0)
+    second_deg: tuple[float, ...] = (-110.0, -70.0, -30.0, 30.0, 70.0, 110.0)
+    second_s: tuple[float, ...] = (150.0, 400.0, 1000.0)
     keep_s: tuple[float, ...] = (150.0, 400.0, 700.0, 1000.0, 1400.0, 1900.0)
     horizon_s: float = 2400.0
-    step_s: float = 10.0
+    step_s: float = 20.0
     #: Weight of the danger, and how near the domain (in Eq. 13, unclipped) it begins to count.
     danger_weight: float = 10.0
     danger_margin: float = 0.25
     danger_softness: float = 0.08
+    #: Weights (in return) of the worst moment: of Eq. 13 there, and of being nearer than
+    #: ``near_loa`` lengths (all of it in the other's midst). A sum alone would rather go quickly
+    #: through a ship than slowly round her.
+    worst_weight: float = 300.0
+    near_weight: float = 1000.0
+    near_loa: float = 2.0
     #: Cost (in return) of one radian of altering, over the whole manoeuvre: of two that are
     #: nearly as good, the one being steered is kept. Without it the ship weaves.
     alter_cost: float = 5.0
@@ -74,12 +83,14 @@ class Plan(eqx.Module):
     """The best course now, and what steering otherwise would cost.
 
     ``offset_rad`` is the course off the bearing of the waypoint. ``values``
-    holds the return of every manoeuvre and ``offsets_rad`` what it begins with.
+    holds the return of every manoeuvre, ``offsets_rad`` what it begins with, ``begins_s`` for how
+    long.
     """
 
     offset_rad: Float[Array, "*b"]
     values: Float[Array, "*b c"]
     offsets_rad: Float[Array, "*b c"]
+    begins_s: Float[Array, "*b c"]
 
 
 class Situation(eqx.Module):
@@ -115,90 +126,134 @@ def situation_of(seen: Observation, ship: ShipParams) -> Situation:
 
 
 class Ahead(eqx.Module):
-    """The imagined own ships, one a manoeuvre, and what each has earned (or cost) so far."""
+    """The imagined own ships, one a manoeuvre; ``way`` is where their bows point, a unit vector."""
 
     x: Float[Array, " c"]
     y: Float[Array, " c"]
     heading: Float[Array, " c"]
     rate: Float[Array, " c"]
+    way: Vector
+
+    @staticmethod
+    def here(rate_of_turn_rad_s: Float[Array, ""], manoeuvres: int) -> "Ahead":
+        """All of them where own ship is, with her rate of turn."""
+        zero = jnp.zeros(manoeuvres)
+        return Ahead(zero, zero, zero, zero + rate_of_turn_rad_s, Vector(zero, zero + 1.0))
+
+
+class Met(eqx.Module):
+    """What each of them has earned (or cost) so far, her worst Eq. 13 and nearest range² [m²].
+
+    ``bearing`` is that of the waypoint from where she is.
+    """
+
+    bearing: Float[Array, " c"]
     value: Float[Array, " c"]
+    worst: Float[Array, " c"]
+    nearest_m2: Float[Array, " c"]
 
 
 def plan_course(
     seen: Observation, ship: ShipParams, settings: CourseSettings = CourseSettings()
 ) -> Plan:
-    """The best of all manoeuvres from one observation, and the value of each.
-
-    Targets are taken one by one, not as an axis: the whole step is then one
-    loop over the manoeuvres for the compiler, four times as fast.
-    """
+    """The best of all manoeuvres from one observation, and the value of each."""
     at = situation_of(seen, ship)
     keep = jnp.array([(0.0, seconds, 0.0, 0.0) for seconds in settings.keep_s]).reshape(-1, 4)
     keep = keep.at[:, 0].set(-at.bearing_rad)  # in her frame the present heading is 0
     table = jnp.concatenate([jnp.asarray(settings.manoeuvres()), keep])
+    values = _worth(table, at, ship, settings)
+    begins = jnp.where(table[:, 1] > 0, table[:, 0], 0.0)
+    return Plan(begins[jnp.argmax(values)], values, begins, table[:, 1])
+
+
+def _worth(
+    table: Float[Array, "c 4"], at: Situation, ship: ShipParams, settings: CourseSettings
+) -> Float[Array, " c"]:
+    """The return of every manoeuvre, less its costs.
+
+    Targets are taken one by one, not as an axis: the whole step is then one
+    loop over the manoeuvres for the compiler, four times as fast.
+    """
     offset, until, offset2, duration2 = table.T
     helm, tau = helm_of(ship), settings.step_s
 
-    def go(ahead: Ahead, time: Float[Array, ""]) -> tuple[Ahead, None]:
-        to_waypoint = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
+    def go(carry: tuple[Ahead, Met], time: Float[Array, ""]) -> tuple[tuple[Ahead, Met], None]:
+        ahead, met = carry
         altered = jnp.where(time < until, offset, jnp.where(time < until + duration2, offset2, 0.0))
-        course = jnp.where(altered == 0.0, to_waypoint, at.bearing_rad + altered)
+        course = jnp.where(altered == 0.0, met.bearing, at.bearing_rad + altered)
         moved = sail_ahead(ahead, course, helm, ship, tau)
-        return _value(moved, time + tau, at, ship, settings), None
+        return (moved, _meet(moved, met, time + tau, at, ship, settings)), None
 
     zero = jnp.zeros_like(offset)
-    start = Ahead(zero, zero, zero, zero + at.rate_of_turn_rad_s, zero)
+    met = Met(zero + at.bearing_rad, zero, zero - 1.0, zero + jnp.inf)
+    start = (Ahead.here(at.rate_of_turn_rad_s, offset.size), met)
     times = jnp.arange(round(settings.horizon_s / tau), dtype=jnp.float32) * tau
-    ahead, _ = jax.lax.scan(go, start, times)
+    (_, met), _ = jax.lax.scan(go, start, times)
     begins = jnp.where(until > 0, offset, 0.0)
     last = jnp.where(duration2 > 0, offset2, begins)
     altered = jnp.abs(wrap_angle(at.bearing_rad + begins)) + jnp.abs(last - begins) + jnp.abs(last)
-    values = ahead.value - settings.alter_cost * altered
-    return Plan(begins[jnp.argmax(values)], values, begins)
+    near_m = settings.near_loa * ship.loa_m
+    near = jnp.maximum(1.0 - jnp.sqrt(met.nearest_m2) / near_m, 0.0)
+    worst = jnp.maximum(met.worst, 0.0)
+    costs = settings.alter_cost * altered + settings.worst_weight * worst
+    return met.value - costs - settings.near_weight * near
 
 
 def sail_ahead(
     ahead: Ahead, course: Float[Array, " c"], helm: Helm, ship: ShipParams, tau: float
 ) -> Ahead:
-    """One step towards a course: Eq. 6 exactly for a constant rudder, Eq. 7 by the midpoint."""
+    """One step towards a course: Eq. 6 exactly for a constant rudder, Eq. 7 along the arc.
+
+    The run over ground is the mean of both ways, lengthened from that of a chord's ends
+    to the chord's (by Δψ²/12): one sine a step instead of two.
+    """
     rudder = helm.rudder_rad(wrap_angle(course - ahead.heading), ahead.rate)
     lag = ship.time_constant_s
     decay = jnp.exp(-tau / lag)
     steady = ship.gain_1_s * rudder
     transient = ahead.rate - steady
-    heading = ahead.heading + steady * tau + transient * lag * (1.0 - decay)
-    run = velocity(0.5 * (ahead.heading + heading), ship.speed_m_s * tau)
+    turned = steady * tau + transient * (lag * (1.0 - decay))
+    heading = ahead.heading + turned
+    way = velocity(heading, 1.0)
+    run = (0.5 * ship.speed_m_s * tau) * (1.0 + turned * turned * (1.0 / 12.0))
     return Ahead(
-        ahead.x + run.x,
-        ahead.y + run.y,
+        ahead.x + run * (ahead.way.x + way.x),
+        ahead.y + run * (ahead.way.y + way.y),
         heading,
         steady + transient * decay,
-        ahead.value,
+        way,
     )
 
 
-def _value(
+def _meet(
     ahead: Ahead,
+    met: Met,
     time: Float[Array, ""],
     at: Situation,
     ship: ShipParams,
     settings: CourseSettings,
-) -> Ahead:
-    """The same ships with this step's reward (Eq. 17, and the danger smoothed) added."""
-    to_waypoint = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
-    reward = course_reward(wrap_angle(to_waypoint - ahead.heading))
-    soft = settings.danger_softness
+) -> Met:
+    """What was met, with this step's reward (Eq. 17, and the danger smoothed) and ranges added."""
+    bearing = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
+    reward = course_reward(wrap_angle(bearing - ahead.heading))
+    soft, worst, nearest = settings.danger_softness, met.worst, met.nearest_m2
     for i in range(at.position.x.shape[0]):
         there = Vector(
             at.position.x[i] + at.velocity.x[i] * time - ahead.x,
             at.position.y[i] + at.velocity.y[i] * time - ahead.y,
         )
-        margin = danger_unclipped(to_body(there, ahead.heading), ship.loa_m)
+        body = Vector(
+            there.x * ahead.way.y - there.y * ahead.way.x,
+            there.x * ahead.way.x + there.y * ahead.way.y,
+        )
+        margin = danger_unclipped(body, ship.loa_m)
+        worst = jnp.maximum(worst, margin)
+        nearest = jnp.minimum(nearest, there.x**2 + there.y**2)
         depth = jnp.maximum(margin + settings.danger_margin, 0.0)
-        depth = jnp.where(depth < 2 * soft, depth**2 / (4 * soft), depth - soft)
+        depth = jnp.where(depth < 2 * soft, depth**2 * (1 / (4 * soft)), depth - soft)
         reward = reward - settings.danger_weight * depth
     steps = settings.step_s / WorldSettings().step_s
-    return dataclasses.replace(ahead, value=ahead.value + steps * reward)
+    return Met(bearing, met.value + steps * reward, worst, nearest)
 
 
 def rudder_to(
@@ -213,16 +268,17 @@ def rudder_to(
 def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 
-    Another by half of the limit or more; where the best one begins with much
-    rudder, also about amidships, if that costs more: between two ways out the
-    other one costs nothing, but none of them much. 0 if there is no other.
+    Another by half of the limit or more, for 200 s or more: what lasts a moment can be
+    mended. Where the best one begins with much rudder, also about amidships, if that costs
+    more: between two ways out the other one costs nothing, but none of them much. 0 if
+    there is no other.
     """
     rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
     first = rudder_to(plan.offset_rad, seen, ship)
-    best = plan.values.max()
+    best, lasts = plan.values.max(), (plan.begins_s == 0.0) | (plan.begins_s >= _LASTS_S)
 
     def lost(those: Bool[Array, " c"]) -> Float[Array, ""]:
-        value = jnp.where(those, plan.values, -jnp.inf).max()
+        value = jnp.where(those & lasts, plan.values, -jnp.inf).max()
         return jnp.where(jnp.isfinite(value), best - value, 0.0)
 
     amidships = (jnp.abs(rudders) < 0.25) & (jnp.abs(first) > 0.5)
