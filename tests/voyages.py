@@ -29,6 +29,7 @@ class Other:
     priority: Curve | None = None
     attention: Curve | None = None
     q: Curve | None = None
+    share_deg: Curve | None = None
     here: Callable[[int], bool] = lambda k: True
     lost: Callable[[int], bool] = lambda k: False
 
@@ -42,6 +43,7 @@ def voyage(
     others: Sequence[Other] = (),
     waypoint_priority: Curve | None = None,
     rudder_deg: Curve | None = None,
+    alone_deg: Curve | None = None,
     applied: bool = True,
     outside: Callable[[int], list[str] | None] = lambda k: None,
     time_utc: Callable[[int], str | None] = lambda k: None,
@@ -72,7 +74,11 @@ def voyage(
                 own=f.Own(x, y, heading, SPEED_M_S, 0.0, float(np.radians(rudder))),
                 waypoint=f.Waypoint(0.0, 40_000.0),
                 targets=targets,
-                decision=f.Decision(float(np.radians(rudder)), applied),
+                decision=f.Decision(
+                    float(np.radians(rudder)),
+                    applied,
+                    float(np.radians(alone_deg(k))) if alone_deg else None,
+                ),
                 weights_sha256="0123456789abcdef" * 4 if learned else None,
                 time_utc=time_utc(k),
                 priority=f.ByTask(waypoint_priority(k), total) if waypoint_priority else None,
@@ -117,6 +123,7 @@ def _target(
         q_sweep=[-0.1, 0.0, 0.1] if sweep else None,
         priority=priority,
         attention=attention,
+        shapley_rad=float(np.radians(other.share_deg(k))) if other.share_deg else None,
         intention=priority * attention if both else None,  # type: ignore[operator]
         lost=other.lost(k),
     )
@@ -134,15 +141,18 @@ def learned() -> list[f.Frame]:
     crossing = Other(
         "Aurora", 3000.0, 3000.0, 270.0, priority=lambda k: 0.08 if k < 50 else -0.02,
         attention=lambda k: 0.9 if k < 80 else 0.2, q=lambda k: -0.5 if k < 80 else 0.0,
+        share_deg=lambda k: 2.9 if k < 80 else -0.2,
     )  # fmt: skip
     slow = Other(
         "Borealis", -2500.0, 500.0, 10.0, 3.0, priority=lambda k: 0.01,
         attention=lambda k: 0.1 if k < 80 else 0.8, q=lambda k: -0.1,
+        share_deg=lambda k: 0.05,
     )  # fmt: skip
     return voyage(
         headings,
         [crossing, slow],
         waypoint_priority=lambda k: -0.03 if k < 80 else 0.05,
+        alone_deg=lambda k: 0.05 if k < 80 else -2.85,
         sweep=True,
     )
 

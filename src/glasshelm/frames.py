@@ -46,10 +46,15 @@ class Waypoint(_Part, frozen=True):
 
 
 class Decision(_Part, frozen=True):
-    """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard."""
+    """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard.
+
+    ``alone_rad`` is what it would be with no other ship: with every target's
+    ``shapley_rad`` it adds up to ``rudder_rad``.
+    """
 
     rudder_rad: float
     applied: bool = True
+    alone_rad: float | None = None
 
 
 class ByTask(_Part, frozen=True):
@@ -75,9 +80,13 @@ class Target(_Part, frozen=True):
     more dangerous), ``q_far`` the same head's value of a ship far off and
     opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
     ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
-    the level (preprint). ``fed`` is false for a target seen but not shown to
-    the pilot; ``age_s`` the time since she was last heard; ``lost`` that this
-    is too long ago: her position is the last dead-reckoned one.
+    the level (preprint). ``shapley_rad`` is her share of the rudder (+ = to starboard; with
+    ``shapley_error_rad``, the standard error where it was sampled), ``left_out_rad`` the rudder
+    less what it would be without her, ``shapley_value`` her share of Q,
+    ``shapley_pairs_rad`` how far she moves the rudder together with each target of the frame,
+    beyond each by herself (absent where none matters). ``fed`` is false for a target seen but
+    not shown to the pilot; ``age_s`` the time since she was last heard;
+    ``lost`` that this is too long ago: her position is the last dead-reckoned one.
     """
 
     id: str
@@ -98,6 +107,11 @@ class Target(_Part, frozen=True):
     attention: float | None = None
     intention: float | None = None
     intention_level: float | None = None
+    shapley_rad: float | None = None
+    shapley_error_rad: float | None = None
+    left_out_rad: float | None = None
+    shapley_value: float | None = None
+    shapley_pairs_rad: list[float] | None = None
     length_m: float | None = None
     fed: bool = True
     lost: bool = False

@@ -19,6 +19,8 @@ from glasshelm.world.rewards import Reward
 
 #: Numbers are written to so many decimals: a micrometre, a microradian.
 DECIMALS = 6
+#: Two ships that move the rudder together by less are not named.
+PAIR_RAD = float(np.radians(0.1))
 
 Columns = dict[str, list[Any]]
 
@@ -53,7 +55,7 @@ class Framer:
             own=self._own(moment),
             waypoint=Waypoint(*_plain(np.stack(moment.waypoint))),
             targets=self._targets(moment),
-            decision=Decision(_plain(moment.action * self._limit), self._applied),
+            decision=self._decision(moment),
             weights_sha256=learned.weights_sha256 if learned else None,
             time_utc=self._utc(time_s),
             reward=_by_task(reward),
@@ -96,6 +98,11 @@ class Framer:
             _plain(sweep.value.by_ship.sum(-1)),
         )
 
+    def _decision(self, moment: Moment) -> Decision:
+        why = moment.explanation
+        alone = None if why is None else _plain(why.moves.none * self._limit)
+        return Decision(_plain(moment.action * self._limit), self._applied, alone)
+
     def _outside(self, moment: Moment, pilot: LearnedPilot) -> list[str] | None:
         fed = np.zeros(len(moment.traffic.lost), bool)
         fed[moment.order[moment.fed.present]] = True
@@ -111,7 +118,7 @@ class Framer:
             "name": [info.name for info in infos],
             "length_m": [info.length_m for info in infos],
         }
-        columns = who | self._situation(moment, shown) | _reasons(moment, shown)
+        columns = who | self._situation(moment, shown) | _reasons(moment, shown, self._limit)
         rows = zip(*columns.values(), strict=True)
         return [Target(**dict(zip(columns, row, strict=True))) for row in rows]
 
@@ -165,7 +172,7 @@ def ship_part(ship: ShipParams) -> Ship:
     )
 
 
-def _reasons(moment: Moment, shown: np.ndarray) -> Columns:
+def _reasons(moment: Moment, shown: np.ndarray, limit_rad: float) -> Columns:
     """What the pilot makes of each ship shown; absent for those that it was not fed."""
     place = {int(i): k for k, i in enumerate(moment.order) if moment.fed.present[k]}
     places = [place.get(int(i)) for i in shown]
@@ -183,6 +190,18 @@ def _reasons(moment: Moment, shown: np.ndarray) -> Columns:
     if e.intention is not None:
         given["intention"] = _plain(e.intention.increment)
         given["intention_level"] = _plain(e.intention.level)
+    given["shapley_rad"] = _plain(e.moves.by_ship * limit_rad)
+    given["left_out_rad"] = _plain(e.left_out * limit_rad)
+    if np.any(e.moves.error):
+        given["shapley_error_rad"] = _plain(e.moves.error * limit_rad)
+    if e.worth is not None and np.isfinite(e.worth.all):
+        given["shapley_value"] = _plain(e.worth.by_ship)
+    together = e.moves.pairs * limit_rad
+    if np.any(np.abs(together) >= PAIR_RAD):
+        # Slot by slot -> target by target of the frame; who was not fed has no part in it.
+        wide = np.pad(together, ((0, 0), (0, 1)))
+        at = [together.shape[1] if k is None else k for k in places]
+        given["shapley_pairs_rad"] = _plain(wide[:, at])
     for name, values in given.items():
         columns[name] = [None if k is None else values[k] for k in places]
     return columns

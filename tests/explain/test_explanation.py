@@ -9,6 +9,7 @@ from tests.untrained import observation, untrained
 
 from glasshelm.explain.explain import cut, explain
 from glasshelm.explain.far import RANGE_M, far_ship, far_value
+from glasshelm.explain.shapley import SMALL, exact_shares, ship_shares, worth_of
 from glasshelm.explain.slots import padded, slots_for
 from glasshelm.pilots.learned import decide
 from glasshelm.world.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
@@ -157,3 +158,35 @@ def test_slots_double():
     assert [slots_for(n) for n in (0, 1, 2, 3, 4, 5, 8, 9, 40)] == [0, 1, 2, 4, 4, 8, 8, 16, 64]
     with pytest.raises(ValueError, match="do not fit"):
         padded(observation(3), 2)
+
+
+@pytest.mark.parametrize("kind", ["sum", "attention"])
+@pytest.mark.parametrize(("ships", "slots"), [(3, 4), (5, 8), (10, 16)])
+def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
+    seen = jax.tree.map(jnp.asarray, padded(observation(ships), slots))
+    pilot = untrained(kind)
+    why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
+    exact = ship_shares("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
+    np.testing.assert_allclose(why.moves.by_ship[:ships], exact.by_ship, atol=1e-5)
+    np.testing.assert_allclose(why.moves.pairs[:ships, :ships], exact.pairs, atol=1e-5)
+    np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)
+    assert not np.any(why.moves.error)
+    assert np.isfinite(why.worth.all) == (ships <= SMALL)
+
+
+def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
+    pilot, seen = untrained("sum"), jax.tree.map(jnp.asarray, observation(14))
+    why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
+    exact = exact_shares(worth_of("rudder", pilot.actor, None, seen, 1.0), 14)
+    assert (why.moves.error > 0).all()
+    assert (np.abs(why.moves.by_ship - exact.by_ship) < 5 * why.moves.error + 1e-6).all()
+    np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)
+
+
+def test_what_one_ship_changes_is_the_rudder_without_her():
+    pilot, seen = untrained("attention"), jax.tree.map(jnp.asarray, observation(4))
+    why = explain(pilot.actor, pilot.critic, seen, pilot.actor(seen))
+    for i in range(4):
+        others = eqx.tree_at(lambda o: o.present, seen, seen.present.at[i].set(False))
+        changed = pilot.actor(seen) - pilot.actor(others)
+        np.testing.assert_allclose(why.left_out[i], changed, atol=1e-6)

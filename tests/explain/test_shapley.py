@@ -98,7 +98,7 @@ def test_samples_lie_within_their_error_of_the_exact_shares_and_add_up():
     pilot, seen = untrained(), observation(6)
     worth = worth_of("rudder", pilot.actor, None, seen, LIMIT)
     exact = exact_shares(worth, 6)
-    found = sampled_shares(worth, 6, jax.random.key(3), 200)
+    found = sampled_shares(worth, 6, 3, 200)
     gap = np.abs(np.asarray(found.by_ship - exact.by_ship))
     assert np.all(gap <= 4 * np.asarray(found.error) + 1e-7)
     assert np.all(np.asarray(found.error) > 0)

@@ -15,10 +15,10 @@ def text_of(frames):
 def test_the_story_of_an_avoidance():
     text = text_of(learned())
     assert "Altering 30° to starboard to 030°" in text
-    assert "danger from Aurora (CPA" in text
-    assert "of course value" in text
+    assert "3° of rudder for Aurora (CPA" in text
+    assert "for the waypoint" in text
     assert "Returning to course, 30° to port to 000°" in text
-    assert "Attention is mostly on Aurora (90%)" in text
+    assert "Attention is mostly on Aurora too (90%)" in text
     assert text.index("Altering") < text.index("Returning")
 
 
@@ -56,14 +56,14 @@ def test_a_ship_in_the_domain_from_the_beginning():
 def test_advice_says_what_would_have_been_and_what_was():
     frames = voyage(
         [0.0] * 60,
-        [Other("Aurora", 0, 6000, 180, 4.0, priority=lambda k: 0.2)],
-        waypoint_priority=lambda k: -0.05,
+        [Other("Aurora", 0, 6000, 180, 4.0, share_deg=lambda k: 3.0)],
+        alone_deg=lambda k: 1.0,
         rudder_deg=lambda k: 4.0 if 10 <= k < 40 else 0.0,
         applied=False,
     )
     text = text_of(frames)
     assert "The pilot would have put the rudder 4° to starboard for" in text
-    assert "outweighs 0.05 of course value" in text
+    assert ": 3° of rudder for Aurora (CPA" in text
     assert "The recorded ship kept her course" in text
     assert "Altering" not in text
 

@@ -58,11 +58,6 @@ def test_clock_is_utc_where_the_source_has_one():
     assert words.clock(series(voyage([0.0] * 20)), 12) == "1.0 min"
 
 
-def test_amounts_keep_a_digit_that_says_something():
-    assert words.amount(-0.05) == "0.05"
-    assert words.amount(0.004) == "0.004"
-
-
 def test_lists_of_names():
     assert words.listed(["a"]) == "a"
     assert words.listed(["a", "b", "c"]) == "a, b and c"

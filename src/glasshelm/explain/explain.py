@@ -7,9 +7,16 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from glasshelm.explain.attention import attention_of
+from glasshelm.explain.coalitions import MOST, Shares
 from glasshelm.explain.far import far_value
 from glasshelm.explain.intention import Intention, intentions
 from glasshelm.explain.priority import priorities
+from glasshelm.explain.shapley import (
+    SMALL,
+    live_shares,
+    without_each,
+    worth_of,
+)
 from glasshelm.explain.sweep import RUDDERS, Sweep, rudder_range
 from glasshelm.explain.values import pick, values_at
 from glasshelm.networks.actors import Actor
@@ -23,7 +30,10 @@ class Explanation(eqx.Module):
     ``value`` is Q of the decided rudder (Eq. 19), ``priority`` its gain over
     rudder 0 (Eq. 22), ``far`` the head's zero of danger, ``sweep`` Q over the
     rudder range: ``None`` without a critic. ``attention`` is Eq. 23: ``None``
-    unless the actor has it. ``intention`` is Eq. 24 and needs both.
+    unless the actor has it. ``intention`` is Eq. 24 and needs both. ``moves`` shares
+    the rudder (a fraction of the limit) out among the ships, ``left_out`` is what each
+    changes by not being there; ``worth`` shares out Q of the decision among few
+    ships, not a number for more (:mod:`glasshelm.explain.shapley`).
     """
 
     present: Bool[Array, " n"]
@@ -33,6 +43,9 @@ class Explanation(eqx.Module):
     sweep: Sweep | None
     attention: Float[Array, " n"] | None
     intention: Intention | None
+    moves: Shares
+    left_out: Float[Array, " n"]
+    worth: Shares | None
 
 
 def explain(
@@ -47,9 +60,12 @@ def explain(
     Pure and traceable, for one observation. The decided rudder, rudder 0 and
     the ``rudders`` of the sweep go through the critic as one batch.
     """
-    attention = attention_of(actor, seen)
+    attention, slots = attention_of(actor, seen), seen.present.shape[-1]
+    rudder = worth_of("rudder", actor, critic, seen, 1.0)
+    moves, left_out = live_shares(rudder, seen.present, MOST, True), without_each(rudder, slots)
     if critic is None:
-        return Explanation(seen.present, None, None, None, None, attention, None)
+        nothing = (None, None, None, None, attention, None)
+        return Explanation(seen.present, *nothing, moves, left_out, None)
     sweep = rudder_range(rudders)
     values = values_at(
         critic, seen, jnp.concatenate([jnp.stack([action, jnp.zeros_like(action)]), sweep])
@@ -64,12 +80,18 @@ def explain(
         Sweep(sweep, Values(values.waypoint[2:], values.by_ship[2:])),
         attention,
         None if attention is None else intentions(value, priority, attention),
+        moves,
+        left_out,
+        live_shares(
+            worth_of("decision", actor, critic, seen, 1.0), seen.present, SMALL, sampled=False
+        ),
     )
 
 
 def cut(explanation: Explanation, slots: int) -> Explanation:
     """The explanation of the first ``slots`` slots: undoes the padding of an observation."""
-    return eqx.tree_at(_by_slot, explanation, replace_fn=lambda x: x[..., :slots])
+    explanation = eqx.tree_at(_by_slot, explanation, replace_fn=lambda x: x[..., :slots])
+    return eqx.tree_at(_by_pair, explanation, replace_fn=lambda x: x[:slots, :slots])
 
 
 def _by_slot(e: Explanation) -> list[Any]:
@@ -80,4 +102,11 @@ def _by_slot(e: Explanation) -> list[Any]:
         found.append(e.attention)
     if e.intention is not None:
         found += [e.intention.increment, e.intention.level]
-    return found
+    for shares in (e.moves, e.worth):
+        found += [] if shares is None else [shares.by_ship, shares.error]
+    return [*found, e.left_out]
+
+
+def _by_pair(e: Explanation) -> list[Any]:
+    """The arrays whose last two axes are the slots."""
+    return [shares.pairs for shares in (e.moves, e.worth) if shares is not None]

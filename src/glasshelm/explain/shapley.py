@@ -12,13 +12,14 @@ fixed action is Q_ca(s_i, a): the danger of the paper is one.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Literal
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.errors import InputError
 from glasshelm.explain.coalitions import MOST, Shares, coalitions, shares
@@ -32,6 +33,10 @@ Worth = Callable[[Bool[Array, " n"]], Float[Array, ""]]
 
 #: Permutations drawn, each also read backwards, where there are too many ships for all coalitions.
 PERMUTATIONS = 128
+#: The same in every frame of a voyage.
+LIVE = 32
+#: So many slots are taken as they are, empty ones included; and so many ships share out Q live.
+SMALL = 8
 
 
 def worth_of(
@@ -71,7 +76,7 @@ def exact_shares(worth: Worth, ships: int) -> Shares:
 
 
 def sampled_shares(
-    worth: Worth, ships: int, key: PRNGKeyArray, permutations: int = PERMUTATIONS
+    worth: Worth, ships: int, seed: int = 0, permutations: int = PERMUTATIONS
 ) -> Shares:
     """Shares from random orders of joining, each also read backwards (antithetic).
 
@@ -85,11 +90,10 @@ def sampled_shares(
         gained = jnp.diff(jax.vmap(worth)(steps))
         return gained[rank]
 
-    def order(key: PRNGKeyArray) -> Float[Array, " n"]:
-        rank = jnp.argsort(jax.random.permutation(key, ships))
+    def order(rank: Int[Array, " n"]) -> Float[Array, " n"]:
         return (by_joining(rank) + by_joining(ships - 1 - rank)) / 2
 
-    found = jax.lax.map(order, jax.random.split(key, permutations))
+    found = jax.lax.map(order, jnp.asarray(_ranks(ships, seed, permutations)))
     everyone = jnp.ones(ships, bool)
     return Shares(
         worth(~everyone),
@@ -98,6 +102,49 @@ def sampled_shares(
         jnp.zeros((ships, ships)),
         found.std(0, ddof=1) / np.sqrt(permutations),
     )
+
+
+@lru_cache
+def _ranks(ships: int, seed: int, permutations: int) -> Int[np.ndarray, "k n"]:
+    """Random orders of joining, each as the rank of every ship."""
+    return np.random.default_rng(seed).permuted(
+        np.tile(np.arange(ships, dtype=np.int32), (permutations, 1)), axis=1
+    )
+
+
+def live_shares(worth: Worth, present: Bool[Array, " n"], most: int, sampled: bool) -> Shares:
+    """Shares inside a program of any number of slots, some of them empty.
+
+    Exact for up to ``most`` ships; beyond, ``sampled`` in :data:`LIVE` orders or not a
+    number. Only the branch that is needed is computed, unless it is vmapped.
+    """
+    slots = present.shape[0]
+    if slots <= SMALL:  # an empty slot is a player who never adds anything
+        return exact_shares(worth, slots)
+    first = jnp.argsort(~present, stable=True)[:most]
+    one, two = jnp.zeros(slots), jnp.zeros((slots, slots))
+
+    def few() -> Shares:
+        def among(members: Bool[Array, " m"]) -> Float[Array, ""]:
+            return worth(jnp.zeros(slots, bool).at[first].set(members))
+
+        found = exact_shares(among, first.shape[0])
+        pairs = two.at[first[:, None], first[None, :]].set(found.pairs)
+        return Shares(found.none, found.all, one.at[first].set(found.by_ship), pairs, one)
+
+    def many() -> Shares:
+        if sampled:
+            return sampled_shares(worth, slots, permutations=LIVE)
+        no = jnp.full((), jnp.nan)
+        return Shares(no, no, one + no, two + no, one)
+
+    return jax.lax.cond(present.sum() <= most, few, many)
+
+
+def without_each(worth: Worth, ships: int) -> Float[Array, " n"]:
+    """v(N) − v(N∖i): what changes when one ship alone is left out."""
+    everyone = jnp.ones(ships, bool)
+    return worth(everyone) - jax.vmap(worth)(~jnp.eye(ships, dtype=bool))
 
 
 def ship_shares(
@@ -140,4 +187,4 @@ def _program(
     worth = worth_of(game, actor, critic, scene, rudder_limit_rad)
     if ships <= MOST:
         return exact_shares(worth, ships)
-    return sampled_shares(worth, ships, jax.random.key(0))
+    return sampled_shares(worth, ships)

@@ -44,6 +44,8 @@ class ShipSeries:
     attention: Row
     intention: Row
     intention_level: Row
+    shapley_rad: Row
+    left_out_rad: Row
 
     @property
     def starboard_m(self) -> Row:
@@ -73,8 +75,9 @@ class Series:
     """A voyage over time: own ship, the decision, the values, and every target.
 
     ``heading_rad`` runs on through ±π; ``rudder_rad`` is the decided rudder, or
-    the ship's own where there is no decision; ``waypoint_bearing_rad`` is the
-    bearing of the waypoint relative to the heading, in [−π, π).
+    the ship's own where there is no decision, ``alone_rad`` what it would be with no
+    other ship; ``waypoint_bearing_rad`` is the bearing of the waypoint relative to the
+    heading, in [−π, π).
     """
 
     frames: tuple[Frame, ...]
@@ -84,6 +87,7 @@ class Series:
     heading_rad: Row
     speed_m_s: Row
     rudder_rad: Row
+    alone_rad: Row
     waypoint_bearing_rad: Row
     priority_waypoint: Row
     priority_collision: Row
@@ -145,6 +149,10 @@ def series(frames: Frames) -> Series:
         speed_m_s=_row(o.speed_m_s for o in own),
         rudder_rad=_row(
             f.own.rudder_rad if f.decision is None else f.decision.rudder_rad for f in frames
+        ),
+        alone_rad=_row(
+            math.nan if f.decision is None or f.decision.alone_rad is None else f.decision.alone_rad
+            for f in frames
         ),
         waypoint_bearing_rad=np.mod(to_waypoint - heading + math.pi, 2 * math.pi) - math.pi,
         priority_waypoint=_task(frames, "priority", "waypoint"),

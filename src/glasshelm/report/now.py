@@ -15,7 +15,7 @@ from glasshelm.figures.series import Series, series
 from glasshelm.frames import Frame
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import RELEASE_RAD, TURN_RAD, Episode
-from glasshelm.report.reasons import focus, why
+from glasshelm.report.reasons import doubts, why
 from glasshelm.report.words import approach, course, degrees, lasting, miles, side, where
 
 #: So many frames are looked back upon.
@@ -81,7 +81,7 @@ def _why(voyage: Series, frame: Frame) -> str:
         return _nearest(frame)
     reasons = why(voyage, run, told_at=run.end).lstrip(":; ")
     text = f"{reasons[:1].upper()}{reasons[1:]}"
-    more = focus(voyage, run).rstrip(".")
+    more = doubts(voyage, run, told_at=run.end).rstrip(".")
     return f"{text}. {more}" if more else text
 
 

@@ -1,80 +1,105 @@
-"""Why the pilot did it, as far as its own numbers say (Eq. 22-24)."""
+"""Why the pilot did it: whose presence moves the rudder, and who would have it otherwise.
+
+The reason of a rudder is its Shapley values: what it would be with no other ship,
+and what each ship adds; together they are the rudder itself. The examination of
+explanations (docs/explanations.md) found them, and attention, to tell of the
+pilot; danger and priority it did not, so they are no reasons here. The critic, attention
+and the Rules are heard where they disagree.
+"""
 
 import numpy as np
 
 from glasshelm.figures.series import Series, ShipSeries
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import Episode
-from glasshelm.report.words import NOTHING, amount, approach, listed, miles, where
+from glasshelm.report.rules import rule_against
+from glasshelm.report.words import NOTHING, approach, degrees, listed, miles, side, where
 
-#: A second ship is named if her priority is at least this share of the first one's.
+#: A share of the rudder below this makes no difference (0.1°).
+LEAST_RAD = float(np.radians(0.1))
+#: A second ship is named if her share is at least this part of the first one's.
 SHARE = 0.4
+#: A ship that moves the rudder the other way is named from this part of the rudder on.
+AGAINST = 0.25
 
 
 def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
-    """The reason of a turn or an advice, from mean priorities while the rudder was that way.
+    """The reason of a turn or an advice, from mean shares while the rudder was that way.
 
-    Begins with its own punctuation, to follow what was done. Says which ships'
-    values the rudder raises, what it costs or brings for the waypoint, and says
-    so when neither is positive. CPAs are those of the frame ``told_at``: by default
-    of the beginning, when the decision was made.
+    Begins with its own punctuation, to follow what was done. CPAs are those of the
+    frame ``told_at``: by default of the beginning, when the decision was made.
     """
     k = episode.start if told_at is None else told_at
     at = _acting(voyage, episode)
-    waypoint, ships = _mean(voyage.priority_waypoint, at), _mean(voyage.priority_collision, at)
-    if np.isnan(waypoint) or np.isnan(ships):
+    rudder, alone = _mean(voyage.rudder_rad, at), _mean(voyage.alone_rad, at)
+    if np.isnan(alone):
         return f"; {_nearest(voyage, k)}"
-    if ships > NOTHING:
-        return f": {_for_ships(voyage, k, at, waypoint, ships)}"
-    none = "" if _positive(voyage, at) else "; no ship's priority is positive"
-    if waypoint <= NOTHING:
-        return (
-            f"; the critic does not say why: the priority of the ships is {_signed(ships)}, "
-            f"that of the waypoint {_signed(waypoint)}{none}"
+    way = np.sign(rudder) or 1.0
+    moving = _moving(voyage, at, way)
+    said = []
+    if moving:
+        best = _mean(moving[0].shapley_rad, at)
+        named = [s for s in moving[:2] if _mean(s.shapley_rad, at) / best >= SHARE]
+        size = sum(_mean(s.shapley_rad, at) for s in named)
+        who = listed([f"{s.name} ({_threat(s, k)})" for s in named])
+        said.append(f"{degrees(size)} for {who}")
+    if alone * way > LEAST_RAD:
+        said.append(f"{degrees(alone)} for the waypoint")
+        if not moving or alone * way > abs(_mean(moving[0].shapley_rad, at)):
+            said.reverse()
+    elif alone * way < -LEAST_RAD and moving:
+        said.append(f"with nobody there it would be {degrees(alone)} to {side(alone)}")
+    if not said:
+        return ": hardly any rudder, for nobody in particular"
+    said[0] = said[0].replace(" for ", " of rudder for ", 1)
+    back = _moving(voyage, at, -way)
+    if back and abs(_mean(back[0].shapley_rad, at)) > AGAINST * abs(rudder):
+        one = back[0]
+        said.append(
+            f"{one.name} ({_threat(one, k)}) holds it back by {degrees(_mean(one.shapley_rad, at))}"
         )
-    if ships >= -NOTHING:
-        return f": {amount(waypoint)} of course value{none}"
-    if waypoint > -ships:
-        return f": {amount(waypoint)} of course value outweighs {amount(ships)} for the ships{none}"
-    return (
-        f"; the critic does not say why: {amount(waypoint)} of course value is less than the "
-        f"{amount(ships)} that it costs for the ships{none}"
-    )
+    return f": {', '.join(said)}"
 
 
-def focus(voyage: Series, episode: Episode) -> str:
-    """Where attention (Eq. 23) and intention (Eq. 24) lay meanwhile; empty without attention."""
+def doubts(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
+    """Where attention (Eq. 23), the critic (Eq. 22) or the Rules say otherwise; else empty.
+
+    Attention is mentioned where it lies with the ship that moves the rudder most, too.
+    """
+    k = episode.start if told_at is None else told_at
     at = _acting(voyage, episode)
-    attended = _largest(voyage, "attention", at)
-    if attended is None:
+    way = np.sign(_mean(voyage.rudder_rad, at)) or 1.0
+    moving = _moving(voyage, at, way)
+    said = [_attended(voyage, at, moving), _valued(voyage, at)]
+    if moving:
+        said.append(rule_against(voyage, moving[0], k, way))
+    return " ".join(f"{text}." for text in said if text)
+
+
+def _attended(voyage: Series, at: np.ndarray, moving: list[ShipSeries]) -> str:
+    found = [s for s in voyage.ships if not np.isnan(_mean(s.attention, at))]
+    if len(found) < 2:
+        return ""  # all of it is hers
+    most = max(found, key=lambda s: _mean(s.attention, at))
+    share = f"{_mean(most.attention, at):.0%}"
+    if not moving:
+        return f"Attention is mostly on {most.name} ({share})"
+    if moving[0].id == most.id:
+        return f"Attention is mostly on {most.name} too ({share})"
+    return f"But attention is mostly on {most.name} ({share})"
+
+
+def _valued(voyage: Series, at: np.ndarray) -> str:
+    gain = _mean(voyage.priority_waypoint, at) + _mean(voyage.priority_collision, at)
+    if np.isnan(gain) or gain >= -NOTHING:
         return ""
-    share = _mean(attended.attention, at)
-    text = f"Attention is mostly on {attended.name} ({share:.0%})"
-    meant = _largest(voyage, "intention", at)
-    if meant is None or _mean(meant.intention, at) <= NOTHING:
-        return f"{text}; no ship has a positive intention."
-    if meant.id == attended.id:
-        return f"{text}, who also has the largest intention."
-    return f"{text}, the largest intention belongs to {meant.name}."
+    return f"The critic sees no gain in it ({gain:+.2f})".replace("-", "−")
 
 
-def _for_ships(voyage: Series, k: int, at: np.ndarray, waypoint: float, ships: float) -> str:
-    leading = _positive(voyage, at)
-    best = _mean(leading[0].priority, at)
-    named = [s for s in leading[:2] if _mean(s.priority, at) >= SHARE * best]
-    who = listed([f"{s.name} ({_threat(s, k)})" for s in named])
-    coming = 0 < named[0].tcpa_s[k] < CPA_HORIZON_S
-    danger = f"danger from {who}" if coming else f"the gain with {who}"
-    if waypoint > NOTHING:
-        return f"{danger}; it also gains {amount(waypoint)} of course value"
-    if waypoint >= -NOTHING:
-        return f"{danger}, at no cost of course value"
-    if ships > -waypoint:
-        return f"{danger} outweighs {amount(waypoint)} of course value"
-    return (
-        f"{danger}, though {amount(ships)} for the ships is less than the {amount(waypoint)} "
-        "of course value that it costs"
-    )
+def _moving(voyage: Series, at: np.ndarray, way: float) -> list[ShipSeries]:
+    """Ships that move the rudder that way, the largest first."""
+    found = [s for s in voyage.ships if _mean(s.shapley_rad, at) * way > LEAST_RAD]
+    return sorted(found, key=lambda s: -abs(_mean(s.shapley_rad, at)))
 
 
 def _threat(ship: ShipSeries, k: int) -> str:
@@ -88,7 +113,7 @@ def _threat(ship: ShipSeries, k: int) -> str:
 
 
 def _nearest(voyage: Series, k: int) -> str:
-    """For a pilot without critic: the ship with the nearest CPA ahead in time, as a mere fact."""
+    """For a pilot without shares: the ship with the nearest CPA ahead in time, as a mere fact."""
     ahead = [s for s in voyage.ships if 0 < s.tcpa_s[k] < CPA_HORIZON_S]
     if not ahead:
         return "this pilot gives no reasons, and no ship is closing"
@@ -103,21 +128,6 @@ def _acting(voyage: Series, episode: Episode) -> np.ndarray:
     return meant if meant.size else at
 
 
-def _positive(voyage: Series, at: np.ndarray) -> list[ShipSeries]:
-    """Ships with a positive mean priority, the largest first."""
-    found = [s for s in voyage.ships if _mean(s.priority, at) > NOTHING]
-    return sorted(found, key=lambda s: -_mean(s.priority, at))
-
-
-def _largest(voyage: Series, field: str, at: np.ndarray) -> ShipSeries | None:
-    found = [s for s in voyage.ships if not np.isnan(_mean(getattr(s, field), at))]
-    return max(found, key=lambda s: _mean(getattr(s, field), at), default=None)
-
-
 def _mean(row: np.ndarray, at: np.ndarray) -> float:
     known = row[at][np.isfinite(row[at])]
     return float(known.mean()) if known.size else float("nan")
-
-
-def _signed(value: float) -> str:
-    return "0.000" if abs(value) < NOTHING else f"{value:+.3f}".replace("-", "−")

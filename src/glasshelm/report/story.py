@@ -8,7 +8,7 @@ import numpy as np
 from glasshelm.figures.series import Frames, Series, series
 from glasshelm.report.episodes import TURN_RAD, Episode, advice, turns
 from glasshelm.report.facts import Outside, Passage, describe, outside, passages
-from glasshelm.report.reasons import focus, why
+from glasshelm.report.reasons import doubts, why
 from glasshelm.report.words import clock, course, degrees, lasting, miles, side, where
 
 #: A ship that leaves the domain for no longer than this is told as staying.
@@ -65,7 +65,7 @@ def _of_turn(voyage: Series, episode: Episode) -> tuple[int, str, str]:
     if _returns(voyage, episode):
         what = f"returning to course, {degrees(episode.turn_rad)} to {side(episode.turn_rad)}"
     text = f"{what} to {heading} within {lasting(long)}{why(voyage, episode)}."
-    return episode.start, "turn", _with(text, focus(voyage, episode))
+    return episode.start, "turn", _with(text, doubts(voyage, episode))
 
 
 def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
@@ -78,7 +78,7 @@ def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
         f"the pilot would have put the rudder {degrees(episode.turn_rad)} to "
         f"{side(episode.turn_rad)} for {long}{why(voyage, episode)}."
     )
-    return episode.start, "turn", f"{_with(text, focus(voyage, episode))} {kept}"
+    return episode.start, "turn", f"{_with(text, doubts(voyage, episode))} {kept}"
 
 
 def _long(voyage: Series, episode: Episode) -> float:

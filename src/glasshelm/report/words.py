@@ -7,7 +7,7 @@ from glasshelm.figures.series import Series
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.ships import NAUTICAL_MILE_M
 
-#: Below this a priority makes no difference (it prints as 0.000).
+#: Below this a value makes no difference.
 NOTHING = 0.0005
 
 
@@ -69,12 +69,6 @@ def clock(voyage: Series, k: int) -> str:
         return f"{since / 60:.1f} min"
     time = start + timedelta(seconds=since)
     return f"{time:%H:%M:%S}" if voyage.minutes[-1] < 15 else f"{time:%H:%M}"
-
-
-def amount(value: float) -> str:
-    """A priority without its sign, two decimals, three where two would say nothing."""
-    size = abs(value)
-    return f"{size:.2f}" if size >= 0.0095 else f"{size:.3f}"
 
 
 def listed(names: list[str]) -> str:
