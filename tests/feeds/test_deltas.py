@@ -57,6 +57,22 @@ def test_a_target_in_si_units_as_it_comes():
     assert not report.own
 
 
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("navigation.course.nextPoint", {"position": {"latitude": 59.5, "longitude": 24.5}}),
+        (
+            "navigation.courseGreatCircle.nextPoint.position",
+            {"latitude": 59.5, "longitude": 24.5},
+        ),
+    ],
+)
+def test_the_next_waypoint_of_her_route(path, value):
+    (report,), _ = read(HELLO, delta({path: value}, None))
+    assert (report.waypoint_latitude_deg, report.waypoint_longitude_deg) == (59.5, 24.5)
+    assert report.latitude_deg is None
+
+
 @pytest.mark.parametrize("context", [HELLO["self"], "vessels.self", None])
 def test_own_ship_is_the_self_of_the_hello(context):
     (report,), _ = read(HELLO, delta({"steering.rudderAngle": 0.1}, context))

@@ -11,7 +11,7 @@ from benchmarks.feeds_fuzz import recording
 from glasshelm.encounters.ais_table import OWN_SENSORS
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.feeds import picture as picture_module
-from glasshelm.feeds.destination import AHEAD_M, MEANT_S
+from glasshelm.feeds.destination import AHEAD_M, MEANT_S, NEAR_M
 from glasshelm.feeds.picture import FORGOTTEN_S, RECENTRE_M, SHOWN_M, SLOTS, Picture
 from glasshelm.feeds.types import Refusal, Report
 from glasshelm.framing import Framer
@@ -399,3 +399,55 @@ def test_a_scenario_can_be_sailed_with_advice():
     assert len(frames) == 4
     assert frames[-1].own.north_m == pytest.approx(75, rel=1e-3)
     assert frames[-1].targets[0].age_s == pytest.approx(15)
+
+
+def routed(seconds, east_m=0.0, north_m=0.0):
+    """Her route's next waypoint, so far from HERE."""
+    longitude = HERE[1] + east_m * NORTH / math.cos(math.radians(HERE[0]))
+    return Report(
+        id="own", time=at(seconds), own=True,
+        waypoint_latitude_deg=HERE[0] + north_m * NORTH, waypoint_longitude_deg=longitude,
+    )  # fmt: skip
+
+
+def shown(picture, seconds):
+    """The waypoint shown to pilots, from own ship: range [m] and bearing [°]."""
+    scenario = picture.scenario(at(seconds), SHIP)
+    route, here = scenario.encounter.route, scenario.encounter.own
+    east, north = float(route.x[0] - here.east_m), float(route.y[0] - here.north_m)
+    return math.hypot(east, north), math.degrees(math.atan2(east, north))
+
+
+def test_a_route_that_is_told_is_steered_for():
+    picture = Picture()
+    picture.take(own())
+    assert any("no route" in note for note in picture.scenario(at(0), SHIP).notes)
+    assert picture.take(routed(1, east_m=20_000.0, north_m=20_000.0)) is None
+    range_m, bearing = shown(picture, 1)
+    assert range_m == pytest.approx(28_284, rel=0.01)
+    assert bearing == pytest.approx(45.0, abs=0.5)
+    assert not any("no route" in note for note in picture.scenario(at(1), SHIP).notes)
+
+
+@pytest.mark.parametrize("away", [2_000.0, 90_000.0])
+def test_a_told_waypoint_is_shown_at_a_distance_that_pilots_know(away):
+    picture = Picture()
+    picture.take(own())
+    picture.take(routed(1, east_m=away))
+    range_m, bearing = shown(picture, 1)
+    assert range_m * 1.001 >= NEAR_M
+    assert range_m <= AHEAD_M * 1.001
+    assert bearing == pytest.approx(90.0, abs=1.0)
+
+
+def test_a_waypoint_that_is_reached_or_given_up_is_no_aim_any_more():
+    picture = Picture()
+    picture.take(own())
+    picture.take(routed(1, north_m=300.0))
+    assert shown(picture, 1)[1] == pytest.approx(0.0, abs=0.5)
+    assert any("no route" in note for note in picture.scenario(at(1), SHIP).notes)
+    picture.take(routed(2, east_m=20_000.0))  # abeam: she does not steer for it
+    for seconds in range(10, int(MEANT_S) + 60, 10):
+        picture.take(own(seconds, north_m=5.0 * seconds))
+        _, bearing = shown(picture, seconds)
+    assert bearing == pytest.approx(0.0, abs=1.0)

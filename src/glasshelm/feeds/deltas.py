@@ -147,6 +147,11 @@ def _position(value: Any) -> Said:
     }
 
 
+def _waypoint(value: Any) -> Said:
+    """The place of the route's next point; inside ``position`` in the newer form."""
+    return {f"waypoint_{name}": x for name, x in _position(value.get("position", value)).items()}
+
+
 def _length(value: Any) -> Said:
     overall = value.get("overall")
     return {"length_m": None if overall is None else _number(overall)}
@@ -175,6 +180,9 @@ _READERS: dict[str, Callable[[Any], Said]] = {
     "navigation.headingTrue": _as("heading_rad"),
     "navigation.rateOfTurn": _as("rate_of_turn_rad_s"),
     "steering.rudderAngle": _as("rudder_rad"),
+    "navigation.course.nextPoint": _waypoint,
+    "navigation.courseGreatCircle.nextPoint.position": _waypoint,
+    "navigation.courseRhumbline.nextPoint.position": _waypoint,
     "design.length": _length,
     "design.beam": _as("beam_m"),
     "design.aisShipType": _kind,

@@ -94,6 +94,13 @@ def _rsa(f: Fields) -> Said:
     return {"rudder_rad": _scaled(f[0], math.pi / 180)} if f[1] == "A" else {}
 
 
+def _rmb(f: Fields) -> Said:
+    """status, off track [NM], side, from, to, lat, N/S, lon, E/W of the next waypoint, …, mode"""
+    if f[0] != "A" or (len(f) > 13 and f[13] in ("N", "S", "E")):
+        return {}
+    return {f"waypoint_{name}": value for name, value in _position(f[5:9]).items()}
+
+
 _READERS: dict[str, Callable[[Fields], Said]] = {
     "RMC": _rmc,
     "GLL": _gll,
@@ -104,6 +111,7 @@ _READERS: dict[str, Callable[[Fields], Said]] = {
     "THS": _ths,
     "ROT": _rot,
     "RSA": _rsa,
+    "RMB": _rmb,
 }
 
 

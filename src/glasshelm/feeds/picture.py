@@ -176,6 +176,9 @@ class Picture:
         # A time of identity alone may be any (that of the server's start): it moves nothing.
         vessel.identify(r, time_s if moves else min(time_s, latest or time_s))
         refused = vessel.take(r, time_s) if moves else None
+        way = (r.waypoint_latitude_deg, r.waypoint_longitude_deg)
+        if r.own and way[0] is not None and way[1] is not None:
+            self._destination.tell(way[0], way[1], latest or time_s)
         if refused is None and placed:
             self._advance(time_s)
             if vessel is not self._own:
@@ -245,10 +248,12 @@ class Picture:
         return self._own.name or next(told, "own ship")
 
     def _notes(self, here: Here) -> tuple[str, ...]:
-        notes = [
-            "no route is known: the waypoint is assumed "
-            f"{AHEAD_M / NAUTICAL_MILE_M:.0f} NM ahead on the course she steers"
-        ]
+        notes = []
+        if not self._destination.told:
+            notes.append(
+                "no route is known: the waypoint is assumed "
+                f"{AHEAD_M / NAUTICAL_MILE_M:.0f} NM ahead on the course she steers"
+            )
         if here.age_s > OWN_STALE_S:
             notes.append(f"own ship's position is {here.age_s:.0f} s old: dead-reckoned since")
         if self._own.length_m is None:

@@ -18,7 +18,8 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     ``id`` is her MMSI or URN. ``time`` (UTC) is the time of the *stream*: for a
     recording played again it lies in the past. What the source does not say
     is ``None``: a report may hold identity alone (AIS types 5 and 24), or a heading
-    alone (HDT). ``own``: of own ship, from her AIVDO, her sensors or the Signal K server's self.
+    alone (HDT). The waypoint is the next one of own ship's route. ``own``: of own ship,
+    from her AIVDO, her sensors or the Signal K server's self.
     """
 
     id: str
@@ -30,6 +31,8 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     heading_rad: float | None = None
     rate_of_turn_rad_s: float | None = None
     rudder_rad: float | None = None
+    waypoint_latitude_deg: float | None = None
+    waypoint_longitude_deg: float | None = None
     name: str | None = None
     length_m: float | None = None
     beam_m: float | None = None
