@@ -52,6 +52,15 @@ export interface Target {
   attention?: number | null;
   intention?: number | null;
   intention_level?: number | null;
+  /** Her share of the rudder (Shapley value), starboard positive; with the error where it was sampled. */
+  shapley_rad?: number | null;
+  shapley_error_rad?: number | null;
+  /** The rudder less what it would be without her. */
+  left_out_rad?: number | null;
+  /** Her share of Q of the decision. */
+  shapley_value?: number | null;
+  /** How far she moves the rudder together with each target of the frame, beyond each alone. */
+  shapley_pairs_rad?: number[] | null;
   length_m?: number | null;
   fed?: boolean;
   lost?: boolean;
@@ -64,6 +73,8 @@ export interface Decision {
   rudder_rad: number;
   /** False: the pilot only advises. Absent: true. */
   applied?: boolean;
+  /** What it would be with no other ship: with every `shapley_rad` it adds up to the rudder. */
+  alone_rad?: number | null;
 }
 
 export interface ByTask {

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { againstMidships, ofShips, once, priorities } from "../src/domain/series";
+import { againstMidships, movers, ofShips, once, priorities } from "../src/domain/series";
 import { radians } from "../src/domain/units";
 import { added, MOST_FRAMES } from "../src/domain/history";
 import { frame, target } from "./frames";
@@ -23,6 +23,19 @@ describe("rows for plots", () => {
       [0.4, null, null],
       [null, 1, 0.7],
     ]);
+  });
+
+  it("share the rudder out in degrees, with a gap where nothing is told", () => {
+    const told = target("1", { shapley_rad: radians(3) });
+    const frames = [
+      frame(0),
+      frame(60, [told], { decision: { rudder_rad: radians(2), alone_rad: radians(-1) } }),
+    ];
+    const [, alone, ship] = movers(frames, ["1"]);
+    expect(alone![0]).toBeNull();
+    expect(alone![1]).toBeCloseTo(-1);
+    expect(ship![0]).toBeNull();
+    expect(alone![1]! + ship![1]!).toBeCloseTo(2);
   });
 
   it("take priorities as the frame gives them", () => {

@@ -19,6 +19,13 @@ export function priorities(frames: readonly Frame[]): Table {
   ];
 }
 
+/** Degrees of rudder with nobody there, and each named ship's share: they add up to the rudder. */
+export function movers(frames: readonly Frame[], ids: readonly string[]): Table {
+  const [time, ...ships] = ofShips(frames, ids, (t) => (t.shapley_rad == null ? null : degrees(t.shapley_rad)));
+  const alone = frames.map((f) => (f.decision?.alone_rad == null ? null : degrees(f.decision.alone_rad)));
+  return [time, alone, ...ships];
+}
+
 /** One value of each of the named ships over time. */
 export function ofShips(
   frames: readonly Frame[],

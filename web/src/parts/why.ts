@@ -1,10 +1,10 @@
-/** Why: the worth of every rudder, and priorities, attention, intention and danger over time. */
+/** Why: the worth of every rudder, who moves it, and the paper's explanations over time. */
 
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { dangerOf } from "../domain/ranking";
-import { againstMidships, ofShips, once, priorities } from "../domain/series";
+import { againstMidships, movers, ofShips, once, priorities } from "../domain/series";
 import { degrees } from "../domain/units";
 import { inks, type Inks } from "../plan/inks";
 import { store, Watch } from "../store";
@@ -124,9 +124,10 @@ export class Why extends LitElement {
     if (!frame) return nothing;
     const look = inks(palette);
     const ids = store.noted;
-    const cards = [this.sweep(frame, ids, look), this.priorities(frame, look)];
+    const cards = [this.sweep(frame, ids, look), this.movers(frame, ids, look)];
     if (level > 2)
       cards.push(
+        this.priorities(frame, look),
         this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
         this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
         this.ships("Danger", "0 = a ship far off", ids, look, (t) => positive(dangerOf(t)), store.dangerScale, true),
@@ -207,6 +208,26 @@ export class Why extends LitElement {
         xEvery: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
         leastY: 0.2,
         marks: decided === undefined ? [] : [{ at: degrees(decided), colour: look.path, label: "decided" }],
+      },
+    };
+  }
+
+  /** Who moves the rudder: the shares that add up to it. */
+  private movers(frame: Frame, ids: readonly string[], look: Inks): Card | null {
+    if (frame.decision?.alone_rad == null) return null;
+    const told = ids.filter((id) => store.target(id)?.shapley_rad != null);
+    return {
+      title: "Who moves the rudder",
+      hint: "degrees, + to starboard; together they are the rudder",
+      overTime: true,
+      spec: {
+        lines: [
+          { id: WAYPOINT, label: "nobody there", colour: look.soft, width: 2, dash: [5, 3] },
+          ...this.lines(told, look),
+        ],
+        data: once(store.frames, `movers ${told.join(" ")}`, () => movers(store.frames, told)),
+        ...this.time(frame, look),
+        leastY: 1,
       },
     };
   }
