@@ -35,7 +35,7 @@ export class SentencePanel extends LitElement {
       }
       .small p {
         font-size: 12.5px;
-        line-height: 1.25;
+        line-height: 1.42;
       }
       .next {
         margin-top: 4px;

@@ -218,7 +218,7 @@ export class Why extends LitElement {
     const told = ids.filter((id) => store.target(id)?.shapley_rad != null);
     return {
       title: "Who moves the rudder",
-      hint: "degrees, + to starboard; together they are the rudder",
+      hint: "° to starboard, adding up to it",
       overTime: true,
       spec: {
         lines: [
