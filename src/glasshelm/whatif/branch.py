@@ -22,7 +22,6 @@ from jaxtyping import Array, Bool, Float, Int
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, Track
 from glasshelm.errors import InputError
-from glasshelm.explain.slots import slots_for
 from glasshelm.frames import Frame, Own
 from glasshelm.geometry import Vector
 from glasshelm.moment import Held
@@ -232,7 +231,7 @@ def _track(
                 place = places[t.id]
                 end[place, leg] = np.inf
                 values[:, place, leg] = t.east_m, t.north_m, t.course_rad, t.speed_m_s
-    return Track(*(np.asarray(x, np.float32) for x in (start, end, *values)))
+    return Track(*(jnp.asarray(x, jnp.float32) for x in (start, end, *values)))
 
 
 def _route(ahead: Sequence[Frame]) -> Vector:
@@ -255,7 +254,13 @@ def _motion(frame: Frame, places: dict[str, int], slots: int) -> Motion:
             place = places[t.id]
             values[:4, place] = t.east_m, t.north_m, t.course_rad, t.speed_m_s
             present[place] = True
-    return Motion(*jnp.asarray(values), jnp.asarray(present))
+    return _moving(values, present)
+
+
+def _moving(values: np.ndarray, present: np.ndarray) -> Motion:
+    """East, north, course, speed and age [5, n] as motion."""
+    east, north, course, speed, age = jnp.asarray(values)
+    return Motion(east, north, course, speed, age, jnp.asarray(present))
 
 
 def _held(relived: Sequence[Frame], places: dict[str, int], slots: int) -> Held:
@@ -270,7 +275,7 @@ def _held(relived: Sequence[Frame], places: dict[str, int], slots: int) -> Held:
             age_s = max((t.age_s or 0.0) - gone_s, 0.0)
             values[:, place] = t.east_m, t.north_m, t.course_rad, t.speed_m_s, age_s
             present[place], time_s[place] = True, -gone_s
-    return Held(Motion(*jnp.asarray(values), jnp.asarray(present)), jnp.asarray(time_s))
+    return Held(_moving(values, present), jnp.asarray(time_s))
 
 
 def _last_there_s(relived: Sequence[Frame], id: str) -> float:

@@ -129,7 +129,9 @@ class Rudder:
                 f"rudder {self.degrees:g}°: own ship's goes to {limit:.3g}° on either side"
             )
         if not 0 < self.seconds <= 3600:
-            raise InputError(f"{self.seconds:g} s: a rudder is held for more than 0 s, at most 3600")
+            raise InputError(
+                f"{self.seconds:g} s: a rudder is held for more than 0 s, at most 3600"
+            )
         steps = max(round(self.seconds / branch.settings.step_s), 1)
         return eqx.tree_at(
             lambda p: (p.rudder_rad, p.ordered),
