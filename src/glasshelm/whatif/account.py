@@ -98,7 +98,7 @@ def account(future: Future) -> Account:
     start, step_s = future.branch.start, future.branch.settings.step_s
     return Account(
         tuple(ships),
-        float((danger > 0).any(1)[1:].sum() * step_s),
+        float(np.count_nonzero((danger[1:] > 0).any(1)) * step_s),
         start.ship.loa_m,
         start.decision is None or start.decision.applied,
         ByTask(waypoint, collision, waypoint + collision),
@@ -131,8 +131,8 @@ def _alteration(future: Future) -> Alteration | None:
     most = float((off[first:end] * way).max())
     # What is left of a turn that settles slowly does not stretch it.
     k = first + int(np.flatnonzero(off[first:end] * way >= most - min(0.05 * most, TURN_RAD))[0])
-    aside: Row = np.abs(_waypoint_bearing(future, heading))
-    returns = bool(aside[0] >= TURN_RAD and aside[k] <= 0.5 * aside[0])
+    begin, then = (abs(float(x)) for x in _waypoint_bearing(future, heading)[[0, k]])
+    returns = begin >= TURN_RAD and then <= 0.5 * begin
     return Alteration(float(off[k]), future.branch.settings.step_s * k, returns)
 
 

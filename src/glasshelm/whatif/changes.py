@@ -1,4 +1,4 @@
-"""What may be different in a counterfactual future; each change alters the premise it starts from."""
+"""What may be different in a future; each change alters the premise that it starts from."""
 
 import dataclasses
 import math

@@ -1,7 +1,7 @@
 """From a log and what a person says to a frame of it and the pilot who made it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime, time
 
 from glasshelm.errors import InputError
@@ -11,24 +11,32 @@ from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.types import Pilot
 
 
-def pilot_of(frame: Frame) -> Pilot:
+def pilot_of(frame: Frame, named: Callable[[str], Pilot] | None = None) -> Pilot:
     """The pilot who decided a logged frame.
 
-    A log names its pilot and the hash of its weights, and holds neither.
-    InputError if the pilot is not one of the bundled ones, or had other weights.
+    A log names its pilot and the hash of its weights, and holds neither: ``named``
+    finds it by its name, by default among those that are bundled. InputError if it
+    is not there, or had other weights.
     """
     name, made = frame.pilot, frame.weights_sha256
-    if name not in (*bundled(), *UNTRAINED):
-        raise InputError(f"the log's pilot {name[:100]!r} is not bundled: name it with --pilot")
-    pilot = pilot_named(name)
+    pilot = _bundled(name) if named is None else named(name)
     has = pilot.weights_sha256 if isinstance(pilot, LearnedPilot) else None
     if has != made:
-        here, there = (x[:8] if x else "none" for x in (has, made))
+        there, here = (x[:8] if x else "none" for x in (made, has))
         raise InputError(
-            f"the log was made by {name} with other weights (SHA-256 {there}, here {here}): "
-            "name the pilot who is to sail on with --pilot"
+            f"the log was made by a {name[:100]} with other weights "
+            f"(SHA-256 {there}, here {here}): name the pilot who is to sail on"
         )
     return pilot
+
+
+def _bundled(name: str) -> Pilot:
+    """Never more than that: a log is no reason to open a file or to import a module."""
+    if name not in (*bundled(), *UNTRAINED):
+        raise InputError(
+            f"the log's pilot {name[:100]!r} is not bundled: name the pilot who is to sail on"
+        )
+    return pilot_named(name)
 
 
 def frame_at(frames: Sequence[Frame], at: str) -> int:
