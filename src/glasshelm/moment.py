@@ -52,6 +52,13 @@ class Moment(eqx.Module):
     explanation: Explanation | None
 
 
+class Order(eqx.Module):
+    """A rudder (a fraction of the limit) put in the pilot's place while the order ``holds``."""
+
+    action: Float[Array, ""]
+    holds: Bool[Array, ""]
+
+
 def never_held(encounter: Encounter) -> Held:
     """Before the first moment nobody was ever there."""
     motion = targets_at(encounter, jnp.zeros(()))
@@ -68,14 +75,22 @@ def moment_of(
     ship: ShipParams,
     settings: WorldSettings,
     lost_shown_s: float,
+    ordered: Order | None = None,
+    explained: bool = True,
 ) -> tuple[Moment, Held, Any]:
-    """The moment of a state, with what to carry to the next one. Pure and traceable."""
+    """The moment of a state, with what to carry to the next one. Pure and traceable.
+
+    While an order holds, its rudder is the one that is steered and explained;
+    the pilot is asked all the same, for what it remembers.
+    """
     time = state.step * settings.step_s
     traffic, held = _traffic(encounter, state.own, held, time, ship, lost_shown_s)
     fed, order = feed(state.observation, loa_m=jnp.asarray(ship.loa_m))
     action, memory = pilot.steer(fed, memory)
+    if ordered is not None:
+        action = jnp.where(ordered.holds, ordered.action, action)
     why = None
-    if isinstance(pilot, LearnedPilot):
+    if explained and isinstance(pilot, LearnedPilot):
         why = explain(pilot.actor, pilot.critic, fed, action)
     waypoint = waypoint_of(encounter, state.leg)
     return Moment(state.own, waypoint, traffic, fed, order, action, why), held, memory

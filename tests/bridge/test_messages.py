@@ -21,6 +21,8 @@ from glasshelm.errors import InputError
         ('{"type":"seek","time_s":12.5}', m.Seek(12.5)),
         ('{"type":"acknowledge","id":"cpa-1"}', m.Acknowledge("cpa-1")),
         ('{"type":"limits","dcpa_m":926,"tcpa_s":600}', m.Limits(926, 600)),
+        ('{"type":"whatif","change":"deleted","ship":"1"}', m.WhatIf("deleted", "1")),
+        ('{"type":"whatif","change":"rudder","degrees":-5}', m.WhatIf("rudder", None, -5)),
         ('{"type":"ping"}', m.Ping()),
     ],
 )
@@ -38,6 +40,8 @@ def test_every_request_is_read(text, wanted):
         '{"type":"seek","time_s":-1}', '{"type":"seek","time_s":Infinity}', '{"type":"seek"}',
         '{"type":"limits","dcpa_m":-1,"tcpa_s":60}', '{"type":"acknowledge","id":["cpa-1"]}',
         '{"type":"open","source":"' + "x" * 201 + '"}', '{"type":"play"', b"\xff\xfe", b"\x00",
+        '{"type":"whatif"}', '{"type":"whatif","change":"sunk","ship":"1"}',
+        '{"type":"whatif","change":"rudder","degrees":91}',
         "[" * 5000, '{"type":' * 5000, '{"type":"ping","x":"' + "y" * m.LARGEST + '"}',
     ],
 )  # fmt: skip

@@ -27,6 +27,7 @@ class Page:
         self.frames: list[dict] = []
         self.now: dict = {}
         self.failures: list[str] = []
+        self.answer: dict = {}
 
     def ask(self, type: str, **fields) -> "Page":
         self._socket.send_text(json.dumps({"type": type, **fields}))
@@ -42,6 +43,8 @@ class Page:
         elif kind == "frame":
             self.now = message
             self.frames.append(message["frame"])
+        elif kind == "whatif":
+            self.answer = message
         elif kind == "failure":
             self.failures.append(message["message"])
         return kind
@@ -271,3 +274,60 @@ def _next(viewer: Page, kind: str) -> dict:
         message = viewer._socket.receive_json()
         if message["type"] == kind:
             return message
+
+
+def test_what_if_is_answered_to_who_asked_and_changes_nothing(tmp_path):
+    """Imazu 1, head-on: without her the waypoint pilot and the CPA rule go the same way."""
+    with bridge(tmp_path, pilot="paper-cpa") as client, page(client) as viewer:
+        viewer.until("alarms").ask("pause").until("session")
+        viewer.ask("seek", time_s=900.0).until("history", "frame")
+        before = viewer.frames
+        viewer.ask("whatif", change="deleted", ship="1").until("whatif")
+        gone = viewer.answer
+        assert (gone["time_s"], gone["condition"]) == (900.0, "without ship 1")
+        assert gone["sentence"].startswith("Without ship 1, the pilot would ")
+        assert len(gone["fact"]) == len(gone["other"]) == 61
+        own = before[-1]["own"]
+        for track in (gone["fact"], gone["other"]):
+            assert track[0] == pytest.approx([own["east_m"], own["north_m"]], abs=0.1)
+        assert abs(gone["other"][-1][0]) < abs(gone["fact"][20][0]), "no reason to go aside"
+        # As things are is what the session sails next, wherever it is looked at.
+        viewer.ask("seek", time_s=1200.0).until("history", "frame")
+        own = viewer.frames[-1]["own"]
+        assert gone["fact"][10] == pytest.approx([own["east_m"], own["north_m"]], abs=1.0)
+        viewer.ask("seek", time_s=900.0).until("history", "frame")
+        assert viewer.frames == before
+
+
+def test_what_cannot_be_asked_fails_in_one_line_and_the_socket_stays(tmp_path):
+    with bridge(tmp_path) as client, page(client) as viewer:
+        viewer.until("alarms").ask("pause").until("session")
+        for fields, line in (
+            ({"change": "deleted", "ship": "77"}, "no ship '77'"),
+            ({"change": "blind"}, "which ship?"),
+            ({"change": "rudder"}, "a rudder in degrees"),
+            ({"change": "rudder", "degrees": 30}, "own ship's goes to 5°"),
+        ):
+            viewer.ask("whatif", **fields).until("failure")
+            assert line in viewer.failures[-1]
+            assert "\n" not in viewer.failures[-1]
+        viewer.ask("whatif", change="kept").until("whatif")
+        assert viewer.answer["condition"] == "if own ship kept her course"
+
+
+def test_a_replayed_log_is_asked_and_one_of_other_weights_is_refused(tmp_path):
+    with bridge(tmp_path) as client, page(client) as viewer:
+        viewer.until("alarms").ask("pause").until("session")
+        viewer.ask("seek", time_s=60.0).until("history", "frame")
+        log = viewer.session["log"]
+        text = (tmp_path / log).read_text()
+        forged = text.replace(
+            '"pilot":"straight"', '"pilot":"straight","weights_sha256":"0123abcd"'
+        )
+        (tmp_path / "forged.jsonl").write_text(forged)
+        viewer.ask("replay", log=log).until("history", "frame", "alarms")
+        viewer.ask("whatif", change="rudder", degrees=-5).until("whatif")
+        assert viewer.answer["other"][-1] != viewer.answer["fact"][-1]
+        viewer.ask("replay", log="forged.jsonl").until("history", "frame", "alarms")
+        viewer.ask("whatif", change="rudder", degrees=-5).until("failure")
+        assert "other weights (SHA-256 0123abcd" in viewer.failures[-1]

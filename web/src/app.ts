@@ -16,6 +16,7 @@ import "./parts/sentence";
 import "./parts/target-list";
 import "./parts/top-bar";
 import "./parts/transport";
+import "./parts/what-if";
 import "./parts/why";
 import "./plan/plan-display";
 import { store, Watch } from "./store";
@@ -128,6 +129,7 @@ export class App extends LitElement {
             <gh-sentence aria-live="polite"></gh-sentence>
           </div>
           ${store.session?.compare ? html`<gh-comparison></gh-comparison>` : nothing}
+          <gh-what-if aria-live="polite"></gh-what-if>
           <gh-target-list></gh-target-list>
           ${level > 1 ? html`<gh-why></gh-why>` : nothing}
         </aside>

@@ -9,10 +9,13 @@ import { foremost, largestDanger, ranked, roundScale, type Ranked } from "./doma
 import { Link, socketUrl, type LinkState } from "./link";
 import { Settings } from "./settings";
 import type {
-  Alarm, Catalogue, Encounter, Frame, FromServer, Instant, Limits, Session, Target, ToServer,
+  Alarm, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Session, Target,
+  ToServer, WhatIf,
 } from "./wire";
 
 const NOTICE_MS = 8000;
+/** An answer to "what if" is of its instant: it goes when it is so old. */
+const WHATIF_MS = 60_000;
 
 export interface Notice {
   id: number;
@@ -30,6 +33,10 @@ export class Store {
   now: Instant | null = null;
   /** The last predicted track: at high speed not every frame brings one. */
   path: [number, number][] = [];
+  /** The answer to the last "what if", until it is dismissed or old. */
+  whatIf: WhatIf | null = null;
+  /** Asked, and not answered yet. */
+  asking = false;
   alarms: Alarm[] = [];
   notices: Notice[] = [];
   rows: Ranked[] = [];
@@ -46,6 +53,7 @@ export class Store {
   private frameAt_ms: number | null = null;
   private scheduled = false;
   private noticeCount = 0;
+  private whatIfTimer = 0;
 
   constructor(url = socketUrl(location.href)) {
     this.link = new Link(url, (m) => this.take(m), (s) => this.linked(s));
@@ -134,6 +142,19 @@ export class Store {
     this.changed();
   }
 
+  /** What if she were not there, were not seen, kept her course; or the rudder were put over? */
+  ask(change: Change, more: { ship?: string; degrees?: number }): void {
+    this.asking = true;
+    this.send({ type: "whatif", change, ...more });
+    this.changed();
+  }
+
+  dismissWhatIf(): void {
+    window.clearTimeout(this.whatIfTimer);
+    this.whatIf = null;
+    this.changed();
+  }
+
   dismiss(id: number): void {
     this.notices = this.notices.filter((n) => n.id !== id);
     this.changed();
@@ -168,7 +189,14 @@ export class Store {
         this.alarms = message.alarms;
         this.rank();
         break;
+      case "whatif":
+        this.asking = false;
+        this.whatIf = message;
+        window.clearTimeout(this.whatIfTimer);
+        this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHATIF_MS);
+        break;
       case "failure":
+        this.asking = false;
         this.note(message.message, true);
         break;
       case "notice":
@@ -189,6 +217,7 @@ export class Store {
   }
 
   private forget(): void {
+    this.dismissWhatIf();
     this.frames = [];
     this.compareFrames = [];
     this.now = null;
@@ -202,6 +231,7 @@ export class Store {
   }
 
   private newHistory(frames: Frame[], compare: Frame[]): void {
+    this.dismissWhatIf();
     const last = frames.at(-1);
     this.frames = frames.slice(-MOST_FRAMES);
     this.frames.slice(0, -1).forEach(lighten);
@@ -239,6 +269,7 @@ export class Store {
 
   private linked(_state: LinkState): void {
     this.linkSince_ms = performance.now();
+    this.asking = false;
     this.changed();
   }
 

@@ -195,12 +195,28 @@ export interface Instant {
   sent_utc?: string;
 }
 
+export type Change = "deleted" | "blind" | "kept" | "rudder";
+
+/** Own ship's two futures from the frame of `time_s` on, a point every 30 s. */
+export interface WhatIf {
+  time_s: number;
+  change: Change;
+  ship: string | null;
+  condition: string;
+  sentence: string;
+  /** As things are. */
+  fact: [number, number][];
+  /** Under the condition. */
+  other: [number, number][];
+}
+
 export type FromServer =
   | { type: "hello"; version: string; catalogue: Catalogue; limits: Limits }
   | ({ type: "session" } & Session)
   | { type: "history"; frames: Frame[]; compare?: Frame[] }
   | ({ type: "frame" } & Instant)
   | { type: "alarms"; alarms: Alarm[] }
+  | ({ type: "whatif" } & WhatIf)
   | { type: "failure"; message: string }
   | { type: "notice"; message: string }
   | { type: "pong" };
@@ -216,4 +232,5 @@ export type ToServer =
   | { type: "seek"; time_s: number }
   | { type: "acknowledge"; id: string }
   | ({ type: "limits" } & Limits)
+  | { type: "whatif"; change: Change; ship?: string; degrees?: number }
   | { type: "ping" };

@@ -17,6 +17,7 @@ from glasshelm.bridge import messages as m
 from glasshelm.bridge.catalogue import Catalogue
 from glasshelm.bridge.opening import opened
 from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.questions import Question, answered
 from glasshelm.bridge.session import Session
 from glasshelm.bridge.stage import Stage, Told
 from glasshelm.errors import InputError
@@ -26,6 +27,8 @@ Result = TypeVar("Result")
 
 #: Viewers at once.
 MOST_VIEWERS = 100
+#: Questions that wait for their answer at once.
+MOST_QUESTIONS = 8
 _log = logging.getLogger("glasshelm.bridge")
 
 
@@ -51,6 +54,8 @@ class Conductor:
         self._wake = asyncio.Event()
         self._listening: asyncio.Task[None] | None = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="voyage")
+        self._thinker = ThreadPoolExecutor(1, thread_name_prefix="whatif")
+        self._questions: set[asyncio.Task[None]] = set()
 
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
@@ -92,6 +97,9 @@ class Conductor:
             if viewer is not None:
                 viewer.put("pong", m.written(m.Pong()))
             return
+        if isinstance(asked, m.WhatIf):
+            await self._ask(asked, viewer)
+            return
         async with self._lock:
             if isinstance(asked, m.Open | m.Replay):
                 await self._open(asked)
@@ -129,6 +137,7 @@ class Conductor:
         if self._listening is not None:
             self._listening.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
+        self._thinker.shutdown(wait=True, cancel_futures=True)
         if self._stage is not None:
             self._stage.close()
 
@@ -159,6 +168,33 @@ class Conductor:
                 self._limits = asked
                 told = await self._work(lambda: stage.limit(asked))
                 self._tell([await self._hello(), *told])
+
+    async def _ask(self, asked: m.WhatIf, viewer: Outbox | None) -> None:
+        """Take up a question; the voyage goes on, and the viewer goes on asking, meanwhile."""
+        if viewer is None:
+            return
+        if len(self._questions) >= MOST_QUESTIONS:
+            raise InputError("too many questions at once: wait for the answers")
+        async with self._lock:
+            stage = self._there()
+            question = await self._work(
+                lambda: Question.of(asked, stage.session, self.catalogue.pilot)
+            )
+        task = asyncio.create_task(self._answer(question, viewer))
+        self._questions.add(task)
+        task.add_done_callback(self._questions.discard)
+
+    async def _answer(self, question: Question, viewer: Outbox) -> None:
+        think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
+        try:
+            viewer.put("whatif", m.written(await think))
+        except InputError as error:
+            self.failed += 1
+            viewer.put(*_failure(str(error)))
+        except Exception:
+            self.failed += 1
+            _log.exception("a question failed")
+            viewer.put(*_failure("the server failed at this question"))
 
     async def _open(self, asked: m.Open | m.Replay) -> None:
         name = asked.source if isinstance(asked, m.Open) else asked.log

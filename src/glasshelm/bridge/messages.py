@@ -81,11 +81,36 @@ class Limits(_Asked, frozen=True):
     tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 600.0
 
 
+class WhatIf(_Asked, frozen=True):
+    """How own ship would go on from the frame shown if something were different.
+
+    ``ship`` is deleted, hidden from the pilot, or keeps her course (null: own ship);
+    ``degrees`` is the rudder to hold for a minute, starboard positive.
+    """
+
+    change: Literal["deleted", "blind", "kept", "rudder"]
+    ship: Word | None = None
+    degrees: Annotated[float, msgspec.Meta(ge=-90, le=90)] | None = None
+
+
 class Ping(_Asked, frozen=True):
     pass
 
 
-Asked = Open | Replay | Pilot | Compare | Play | Pause | Rate | Seek | Acknowledge | Limits | Ping
+Asked = (
+    Open
+    | Replay
+    | Pilot
+    | Compare
+    | Play
+    | Pause
+    | Rate
+    | Seek
+    | Acknowledge
+    | Limits
+    | WhatIf
+    | Ping
+)
 _asked = msgspec.json.Decoder(Asked)
 
 
@@ -213,6 +238,19 @@ class Alarm(msgspec.Struct, frozen=True):
 
 class Alarms(_Said, frozen=True):
     alarms: list[Alarm]
+
+
+class Answer(_Said, frozen=True, tag="whatif"):
+    """Own ship's two futures from the frame of ``time_s`` on, a point every 30 s: as things are
+    (``fact``), and under the ``condition`` (``other``)."""
+
+    time_s: float
+    change: str
+    ship: str | None
+    condition: str
+    sentence: str
+    fact: list[list[float]]
+    other: list[list[float]]
 
 
 class Failure(_Said, frozen=True):

@@ -35,7 +35,7 @@ class Outbox:
         elif kind == "frame":
             self.dropped += self._leave_out_oldest(("frame",), MOST_FRAMES)
         else:
-            self._leave_out_oldest(("failure", "notice", "pong"), MOST_OTHERS)
+            self._leave_out_oldest(("failure", "notice", "whatif", "pong"), MOST_OTHERS)
         self._waiting.append((kind, message))
         self._some.set()
 

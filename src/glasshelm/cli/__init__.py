@@ -15,6 +15,7 @@ COMMANDS = {
     "explain": "Sail an encounter and tell its story: figures, frames, report.html",
     "run": "Sail an encounter headless and write its frames",
     "train": "Train a pilot",
+    "whatif": "Sail on from an instant of a log with something changed: what if?",
 }
 
 

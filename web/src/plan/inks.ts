@@ -11,6 +11,7 @@ export interface Inks {
   domain: string;
   path: string;
   compare: string;
+  whatIf: string;
   alarm: string;
   onAlarm: string;
   panel: string;
@@ -32,6 +33,7 @@ export function inks(palette: Palette): Inks {
     domain: of("domain"),
     path: of("path"),
     compare: of("compare"),
+    whatIf: of("what-if"),
     alarm: of("alarm"),
     onAlarm: of("on-alarm"),
     panel: of("panel"),

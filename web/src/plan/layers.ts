@@ -26,6 +26,7 @@ export function draw(c: Context, scene: Scene): void {
   trails(c, scene);
   domain(c, scene);
   predicted(c, scene);
+  whatIf(c, scene);
   compared(c, scene);
   ghosts(c, scene);
   targets(c, scene);
@@ -147,6 +148,16 @@ function predicted(c: Context, scene: Scene): void {
       c.arc(p.x, p.y, 3.4, 0, 2 * Math.PI);
       c.stroke();
     }
+  });
+}
+
+/** Where own ship would go under the condition asked about, with the same marks as the prediction. */
+function whatIf(c: Context, scene: Scene): void {
+  const { view, inks } = scene;
+  const points = scene.whatIf.map((p) => view.toScreen(p));
+  symbol.polyline(c, points, inks.whatIf, 2.2, [8, 5]);
+  points.forEach((p, k) => {
+    if (k && (k * PATH_STEP_S) % 300 === 0) symbol.dot(c, p, 2.6, inks.whatIf);
   });
 }
 

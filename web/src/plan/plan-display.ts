@@ -136,6 +136,7 @@ export class PlanDisplay extends LitElement {
       frames: store.frames,
       compare: store.compareFrames,
       path: asPlaces(store.path),
+      whatIf: asPlaces(store.whatIf?.other ?? []),
       rows: store.rows,
       encounters: store.now?.encounters ?? {},
       selected: store.selected,

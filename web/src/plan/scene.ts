@@ -12,6 +12,8 @@ export interface Scene {
   frames: readonly Frame[];
   compare: readonly Frame[];
   path: readonly Place[];
+  /** Own ship's track under the condition that was asked about; empty when nothing was. */
+  whatIf: readonly Place[];
   rows: readonly Ranked[];
   encounters: Record<string, Encounter>;
   selected: string | null;

@@ -1,0 +1,81 @@
+"""``glasshelm whatif``: branch a log and sail on with something changed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+_SHIPS = tyro.conf.arg(metavar="SHIP ...")
+
+
+def run(
+    log: Annotated[Path, tyro.conf.Positional],
+    at: str,
+    delete: Annotated[tuple[str, ...], _SHIPS] = (),
+    blind: Annotated[tuple[str, ...], _SHIPS] = (),
+    keep: Annotated[tuple[str, ...], _SHIPS] = (),
+    rudder: float | None = None,
+    for_: Annotated[float, tyro.conf.arg(name="for")] = 60.0,
+    minutes: float = 30.0,
+    pilot: str | None = None,
+    out: Path | None = None,
+) -> None:
+    """What if that ship had not been there? Sail on from an instant of a log, twice.
+
+    Once as things are, once with everything changed that is named; the same
+    pilot, the same world. Targets go on as logged, then straight: recorded
+    ships do not react. In a log of advice the pilot steers from that instant on.
+
+    Args:
+        log: A log: path/to/frames.jsonl.
+        at: The instant: seconds of the log, frame:NUMBER, or where it has a clock HH:MM[:SS] (UTC).
+        delete: Ships (id or name) that are not there.
+        blind: Ships that the pilot does not see; they are there.
+        keep: Ships that go straight from then on; "own" is own ship.
+        rudder: Own rudder [degrees, starboard positive] to hold first.
+        for_: Seconds for which the rudder is held.
+        minutes: How far to sail.
+        pilot: Who sails on (default: the log's own pilot, if it is bundled).
+        out: Folder for both logs and a figure.
+    """
+    from glasshelm.cli.programs import keep_compiled
+
+    keep_compiled()
+    from rich.console import Console
+
+    from glasshelm.errors import InputError
+    from glasshelm.logbook import read, write
+    from glasshelm.pilots.catalogue import pilot_named
+    from glasshelm.whatif.answer import what_if
+    from glasshelm.whatif.changes import Blind, Deleted, KeptCourse, Rudder
+    from glasshelm.whatif.source import frame_at, pilot_of
+    from glasshelm.whatif.table import table
+
+    frames = list(read(log))
+    if not frames:
+        raise InputError(f"{log}: no frame in it; it was cut off, or is no log")
+    number = frame_at(frames, at)
+    changes = [
+        *map(Deleted, delete),
+        *map(Blind, blind),
+        *(KeptCourse(None if ship == "own" else ship) for ship in keep),
+        *([] if rudder is None else [Rudder(rudder, for_)]),
+    ]
+    helm = pilot_of(frames[number]) if pilot is None else pilot_named(pilot)
+    answer = what_if(frames, number, helm, changes, minutes, explained=out is not None)
+    console = Console()
+    console.print(table(answer))
+    console.print(answer.sentence, markup=False, highlight=False)
+    if out is None:
+        return
+    from glasshelm.figures.style import as_svg, save
+    from glasshelm.whatif.plot import overlay
+
+    fact, other = answer.fact.frames(), answer.other.frames()
+    write(out / "fact.jsonl", fact)
+    write(out / "other.jsonl", other)
+    figure = overlay(fact, other, answer.other.condition)
+    save(figure, out / "whatif")
+    (out / "whatif.svg").write_bytes(as_svg(figure))
+    for name in ("fact.jsonl", "other.jsonl", "whatif.pdf", "whatif.png", "whatif.svg"):
+        console.print(f"{out / name}", markup=False, highlight=False, soft_wrap=True)

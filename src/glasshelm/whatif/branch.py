@@ -1,0 +1,336 @@
+"""A branch: the world of one logged frame, rebuilt from the log alone.
+
+What the pilot saw is rebuilt from the frame and the four before it, as it was
+remembered then (Eq. 12); what a pilot keeps in mind from one decision to the
+next, by letting it decide again on all frames of its watch. Targets go on as
+they were logged, and straight on where the log ends: **recorded ships do not
+react** to what own ship does in a branch. Numbers are those of the log, which
+rounds to a micrometre and a microradian (:data:`glasshelm.framing.DECIMALS`).
+"""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, Track
+from glasshelm.errors import InputError
+from glasshelm.frames import Frame, Own
+from glasshelm.geometry import Vector
+from glasshelm.moment import Held
+from glasshelm.pilots.types import Memory, Pilot
+from glasshelm.ships import ShipParams, ShipState
+from glasshelm.voyage import padded_encounter
+from glasshelm.world.feed import CAPACITY, feed
+from glasshelm.world.observe import FRAMES, Observation, nothing_seen, remember, see
+from glasshelm.world.step import WorldSettings, WorldState, margins
+
+
+class Premise(eqx.Module):
+    """What a future starts from; changes are made to it (:mod:`glasshelm.whatif.changes`).
+
+    ``seen`` are the ships that the pilot sees; ``rudder_rad`` is ordered for the
+    first ``ordered`` steps. Time 0 of the encounter is the instant of the branch.
+    """
+
+    encounter: Encounter
+    state: WorldState
+    held: Held
+    memory: Memory
+    seen: Bool[Array, " n"]
+    rudder_rad: Float[Array, ""]
+    ordered: Int[Array, ""]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Branch:
+    """Where a log branches: the frame, the pilot who sails on, and the world as it was then."""
+
+    start: Frame
+    pilot: Pilot
+    scenario: Scenario
+    ship: ShipParams
+    premise: Premise
+    settings: WorldSettings
+
+    def slot(self, ship: str) -> int:
+        """The slot of a ship by her id or her name. InputError if there is none, or several."""
+        ids = [info.id for info in self.scenario.targets]
+        if ship in ids:
+            return ids.index(ship)
+        named = [
+            k
+            for k, info in enumerate(self.scenario.targets)
+            if info.name.casefold() == ship.casefold()
+        ]
+        if len(named) == 1:
+            return named[0]
+        if named:
+            raise InputError(f"{len(named)} ships are called {ship!r}: name one by her id")
+        known = ", ".join(ids[:12]) + (", …" if len(ids) > 12 else "")
+        there = f"there are {known}" if ids else "there is none"
+        raise InputError(f"no ship {ship[:100]!r} from this instant on: {there}")
+
+    def here(self, slot: int) -> bool:
+        """Whether the ship of a slot is there at the instant of the branch (not lost)."""
+        return bool(np.asarray(self.premise.encounter.targets.start_s)[slot, 0] <= 0.0) and bool(
+            np.asarray(self.premise.encounter.targets.end_s)[slot, 0] > 0.0
+        )
+
+
+def branch_at(
+    frames: Sequence[Frame],
+    number: int,
+    pilot: Pilot,
+    steps: int,
+    settings: WorldSettings = WorldSettings(),
+) -> Branch:
+    """The branch at a frame of a log, for futures of so many steps.
+
+    InputError if the log has no such frame or its rudder is nobody's.
+    """
+    if not 0 <= number < len(frames):
+        raise InputError(f"no frame {number}: the log has frames 0 to {len(frames) - 1}")
+    start = frames[number]
+    until_s = start.time_s + steps * settings.step_s
+    ahead = [f for f in frames[number:] if f.time_s <= until_s + 1e-6]
+    first = _first_relived(frames, number, pilot)
+    window = [*frames[first:number], *ahead]
+    infos = _infos(window)
+    chosen_from = any(not t.fed and not t.lost for f in window for t in f.targets)
+    slots = max(len(infos), CAPACITY + 1) if chosen_from else len(infos)
+    places = {info.id: k for k, info in enumerate(infos)}
+    track = _track(ahead, places, slots, steps, settings)
+    encounter = padded_encounter(
+        Encounter(_own(start.own), _route(ahead), track, jnp.asarray(np.arange(slots) < len(infos)))
+    )
+    wide = encounter.present.shape[0]
+    ship = _ship(start)
+    known, memory = nothing_seen(wide), pilot.start()
+    remembers = bool(jax.tree.leaves(memory))
+    for k in range(first, number + 1):
+        known, memory = _relive(
+            pilot,
+            ship,
+            known,
+            memory,
+            _own(frames[k].own),
+            Vector(*map(_scalar, (frames[k].waypoint.east_m, frames[k].waypoint.north_m))),
+            _motion(frames[k], places, wide),
+            jnp.asarray(k == first),
+            remembers and k < number,
+        )
+    state = _standing(encounter, known, _motion(start, places, wide), ship)
+    premise = Premise(
+        encounter,
+        state,
+        _held(frames[first : number + 1], places, wide),
+        memory,
+        jnp.ones(wide, bool),
+        jnp.zeros(()),
+        jnp.zeros((), jnp.int32),
+    )
+    scenario = Scenario(
+        source=start.source,
+        title=f"{start.source} from {start.time_s:g} s on",
+        encounter=jax.device_get(encounter),
+        targets=infos,
+        ship=jax.device_get(ship),
+        duration_s=steps * settings.step_s,
+        origin=_origin(start.own),
+        start=_began(start),
+    )
+    return Branch(start, pilot, scenario, ship, premise, settings)
+
+
+def _first_relived(frames: Sequence[Frame], number: int, pilot: Pilot) -> int:
+    """The first frame that still matters: five are seen; a memory reaches back to its beginning."""
+    remembers = bool(jax.tree.leaves(pilot.start()))
+    first = number
+    while first > 0 and not _begins(frames, first):
+        same_watch = remembers and frames[first - 1].pilot == frames[number].pilot
+        if number - first >= FRAMES - 1 and not same_watch:
+            break
+        first -= 1
+    return first
+
+
+def _begins(frames: Sequence[Frame], k: int) -> bool:
+    """Whether nothing was remembered before: the one frame without a reward among others."""
+    beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
+    return frames[k].reward is None and beside.reward is not None
+
+
+@eqx.filter_jit
+def _relive(
+    pilot: Pilot,
+    ship: ShipParams,
+    known: Observation,
+    memory: Memory,
+    own: ShipState,
+    waypoint: Vector,
+    motion: Motion,
+    first: Bool[Array, ""],
+    decides: bool,
+) -> tuple[Observation, Memory]:
+    """What is remembered once a logged instant has been seen, and (``decides``) decided upon."""
+    known = remember(known, see(own, waypoint, motion, motion.present), first)
+    if decides:
+        _, memory = pilot.steer(feed(known, loa_m=jnp.asarray(ship.loa_m))[0], memory)
+    return known, memory
+
+
+@eqx.filter_jit
+def _standing(
+    encounter: Encounter, known: Observation, motion: Motion, ship: ShipParams
+) -> WorldState:
+    zero = jnp.zeros((), jnp.int32)
+    danger = jnp.maximum(margins(encounter.own, motion, ship), 0.0)
+    return WorldState(encounter.own, zero, zero, known, danger)
+
+
+def _infos(window: Sequence[Frame]) -> tuple[TargetInfo, ...]:
+    """All ships of some frames, in an order that each frame keeps: that of the slots."""
+    order: list[str] = []
+    infos: dict[str, TargetInfo] = {}
+    for frame in window:
+        place = 0
+        for target in frame.targets:
+            if target.id in infos:
+                place = max(place, order.index(target.id) + 1)
+            else:
+                order.insert(place, target.id)
+                place += 1
+            infos[target.id] = TargetInfo(target.id, target.name, target.length_m)
+    return tuple(infos[id] for id in order)
+
+
+def _track(
+    ahead: Sequence[Frame],
+    places: dict[str, int],
+    slots: int,
+    steps: int,
+    settings: WorldSettings,
+) -> Track:
+    """One leg a logged frame, the last one for ever; while a ship is away, one that has ended."""
+    count = 1 if len(ahead) == 1 else max(steps + 1, len(ahead))
+    start = np.full((slots, count), np.inf)
+    end = np.full((slots, count), -np.inf)
+    values = np.zeros((4, slots, count))
+    for leg, frame in enumerate(ahead):
+        start[:, leg] = frame.time_s - ahead[0].time_s
+        for t in frame.targets:
+            if not t.lost:
+                place = places[t.id]
+                end[place, leg] = np.inf
+                values[:, place, leg] = t.east_m, t.north_m, t.course_rad, t.speed_m_s
+    return Track(*(jnp.asarray(x, jnp.float32) for x in (start, end, *values)))
+
+
+def _route(ahead: Sequence[Frame]) -> Vector:
+    """The waypoints that the log steers for from here on."""
+    route = [ahead[0].waypoint]
+    for frame in ahead:
+        if frame.waypoint != route[-1]:
+            route.append(frame.waypoint)
+    return Vector(
+        jnp.asarray([w.east_m for w in route], jnp.float32),
+        jnp.asarray([w.north_m for w in route], jnp.float32),
+    )
+
+
+def _motion(frame: Frame, places: dict[str, int], slots: int) -> Motion:
+    """The targets of a logged frame that were not lost."""
+    values, present = np.zeros((5, slots), np.float32), np.zeros(slots, bool)
+    for t in frame.targets:
+        if not t.lost:
+            place = places[t.id]
+            values[:4, place] = t.east_m, t.north_m, t.course_rad, t.speed_m_s
+            present[place] = True
+    return _moving(values, present)
+
+
+def _moving(values: np.ndarray, present: np.ndarray) -> Motion:
+    """East, north, course, speed and age [5, n] as motion."""
+    east, north, course, speed, age = jnp.asarray(values)
+    return Motion(east, north, course, speed, age, jnp.asarray(present))
+
+
+def _held(relived: Sequence[Frame], places: dict[str, int], slots: int) -> Held:
+    """The lost ships of the last of these frames, where and when each was last there."""
+    now = relived[-1]
+    values, present = np.zeros((5, slots), np.float32), np.zeros(slots, bool)
+    time_s = np.zeros(slots, np.float32)
+    for t in now.targets:
+        if t.lost:
+            place = places[t.id]
+            gone_s = now.time_s - _last_there_s(relived, t.id)
+            age_s = max((t.age_s or 0.0) - gone_s, 0.0)
+            values[:, place] = t.east_m, t.north_m, t.course_rad, t.speed_m_s, age_s
+            present[place], time_s[place] = True, -gone_s
+    return Held(_moving(values, present), jnp.asarray(time_s))
+
+
+def _last_there_s(relived: Sequence[Frame], id: str) -> float:
+    """When a lost ship was last there, or else the time of the first of these frames."""
+    for frame in reversed(relived):
+        if any(t.id == id and not t.lost for t in frame.targets):
+            return frame.time_s
+    return relived[0].time_s
+
+
+def _own(own: Own) -> ShipState:
+    """Own ship as logged; a rudder that nobody knew is taken as amidships."""
+    return ShipState(
+        *map(
+            _scalar,
+            (
+                own.east_m,
+                own.north_m,
+                own.heading_rad,
+                own.rate_of_turn_rad_s,
+                own.rudder_rad or 0.0,
+                own.speed_m_s,
+            ),
+        )
+    )
+
+
+def _ship(frame: Frame) -> ShipParams:
+    s = frame.ship
+    rate = math.inf if s.rudder_rate_rad_s is None else s.rudder_rate_rad_s
+    values = (s.K_1_s, s.T_s, s.rudder_limit_rad, rate, s.loa_m, s.beam_m, s.speed_m_s)
+    return ShipParams(*map(_scalar, values))
+
+
+def _scalar(x: float) -> Array:
+    return jnp.asarray(x, jnp.float32)
+
+
+def _origin(own: Own) -> tuple[float, float] | None:
+    """The origin of the plane, from own ship's place on the globe and in the plane."""
+    latitude, longitude = own.latitude_deg, own.longitude_deg
+    if latitude is None or longitude is None:
+        return None
+    here = np.array([latitude]), np.array([longitude])
+    origin = here
+    east, north = np.array([-own.east_m]), np.array([-own.north_m])
+    for _ in range(6):  # each guess misses by a thousandth of the one before, or less
+        origin = Plane(float(origin[0][0]), float(origin[1][0])).to_globe(east, north)
+        found = Plane(float(origin[0][0]), float(origin[1][0])).to_plane(*here)
+        east, north = found[0] - own.east_m, found[1] - own.north_m
+    return float(origin[0][0]), float(origin[1][0])
+
+
+def _began(frame: Frame) -> datetime | None:
+    """The clock at time 0 of the log."""
+    if frame.time_utc is None:
+        return None
+    return datetime.fromisoformat(frame.time_utc) - timedelta(seconds=frame.time_s)

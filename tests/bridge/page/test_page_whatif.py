@@ -1,0 +1,68 @@
+"""Asking "what if" on the page: the answer in words, its dashed track, and that both go again."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from tests.bridge.page.conftest import Server, wait_for_words, words
+
+Visit = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def server(serve: Callable[..., Server]) -> Server:
+    server = serve("imazu:5")
+    server.ask(
+        {"type": "limits", "dcpa_m": 0.0, "tcpa_s": 0.0},
+        {"type": "pause"},
+        {"type": "seek", "time_s": 0},
+    )
+    return server
+
+
+def canvas(page: Any) -> bytes:
+    return page.locator("gh-plan canvas").screenshot()
+
+
+def test_what_if_she_were_not_there_is_told_and_drawn_until_dismissed(
+    server: Server, look: Visit
+) -> None:
+    page, other = look(server), look(server)
+    panel = page.locator("gh-what-if")
+    assert panel.get_by_role("button", name="What if she were not there?").count() == 0
+    page.locator("gh-target-list tr[data-id='2']").click()
+    page.mouse.move(5, 5)
+    before = canvas(page)
+    panel.get_by_role("button", name="What if she were not there?").click()
+    wait_for_words(page, "gh-what-if", "Without ship 2, the pilot would", 120.0)
+    assert "other ships do not react" in words(page, "gh-what-if")
+    assert canvas(page) != before
+    assert "Without ship 2" not in words(other, "gh-what-if"), "only who asked is told"
+    panel.get_by_role("button", name="Dismiss").click()
+    assert "Without ship 2" not in words(page, "gh-what-if")
+    assert canvas(page) == before
+
+
+@pytest.mark.parametrize("palette", ["day", "dusk", "night"])
+def test_what_if_the_rudder_went_over_has_an_ink_of_its_own(
+    server: Server, look: Visit, palette: str
+) -> None:
+    page = look(server, palette=palette)
+    page.get_by_role("button", name="What if the rudder went to P 5° now, for a minute?").click()
+    wait_for_words(page, "gh-what-if", "With the rudder 5° to port for 60 s", 120.0)
+    inks = page.evaluate(
+        """() => ["what-if", "path", "compare", "own", "sea"].map(name =>
+            getComputedStyle(document.documentElement).getPropertyValue(`--gh-${name}`).trim())"""
+    )
+    assert all(inks)
+    assert inks[0] not in inks[1:]
+
+
+def test_an_answer_goes_when_time_jumps(server: Server, look: Visit) -> None:
+    page = look(server)
+    page.get_by_role("button", name="What if the rudder went to S 5° now, for a minute?").click()
+    wait_for_words(page, "gh-what-if", "With the rudder 5° to starboard", 120.0)
+    server.ask({"type": "seek", "time_s": 60})
+    wait_for_words(page, "gh-top-bar .time", "01:00")
+    assert "With the rudder" not in words(page, "gh-what-if")
+    server.ask({"type": "seek", "time_s": 0})
