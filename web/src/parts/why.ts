@@ -131,7 +131,6 @@ export class Why extends LitElement {
         this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
         this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
         this.ships("Danger", "0 = a ship far off", ids, look, (t) => positive(dangerOf(t)), store.dangerScale, true),
-        this.ships("Range", "NM", ids, look, (t) => t.range_m / 1852, 2, true),
       );
     const shown = cards.filter((card) => card !== null);
     if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
