@@ -247,12 +247,13 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
 
 def test_interrupted_run_keeps_its_frames(tmp_path):
     out = tmp_path / "frames.jsonl"
-    # The planner: it takes far longer than the signal may be late.
-    args = [sys.executable, "-m", "glasshelm", "run", "random:1:6", "--pilot", "paper-planner"]
+    # She sails circles and never arrives: however late the signal, there is a voyage to interrupt.
+    (tmp_path / "circles.py").write_text("def steer(seen):\n    return 1.0\n")
+    args = [sys.executable, "-m", "glasshelm", "run", "random:1:6", "--pilot", "circles:steer"]
     run = subprocess.Popen(
         [*args, "--steps", "10000000", "--out", str(out)],
         stderr=subprocess.PIPE,
-        env={**os.environ, "JAX_PLATFORMS": "cpu"},
+        env={**os.environ, "JAX_PLATFORMS": "cpu", "PYTHONPATH": str(tmp_path)},
     )
     while not (out.exists() and out.stat().st_size > 10_000) and run.poll() is None:
         time.sleep(0.05)
