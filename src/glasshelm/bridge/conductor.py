@@ -7,7 +7,7 @@ thing at a time; the event loop only waits, and hands out what came of it.
 import asyncio
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TypeVar
@@ -80,16 +80,21 @@ class Conductor:
             self.refused += 1
             viewer.put(*_failure(str(error)))
             return
+        # Shielded: a viewer who leaves does not take back what she asked for all.
+        work = asyncio.shield(asyncio.create_task(self.do(asked, viewer)))
+        await self._try(work, viewer, "request")
+
+    async def _try(self, work: Awaitable[None], viewer: Outbox, what: str) -> None:
+        """Do what a viewer asked for; why it cannot be done is told to her alone."""
         try:
-            # Shielded: a viewer who leaves does not take back what she asked for all.
-            await asyncio.shield(asyncio.create_task(self.do(asked, viewer)))
+            await work
         except InputError as error:
             self.failed += 1
             viewer.put(*_failure(str(error)))
         except Exception:
             self.failed += 1
-            _log.exception("a request failed")
-            viewer.put(*_failure("the server failed at this request"))
+            _log.exception("a %s failed", what)
+            viewer.put(*_failure(f"the server failed at this {what}"))
 
     async def do(self, asked: m.Asked, viewer: Outbox | None = None) -> None:
         """Do what is asked. InputError if it cannot be done."""
@@ -180,21 +185,13 @@ class Conductor:
             question = await self._work(
                 lambda: Question.of(asked, stage.session, self.catalogue.pilot)
             )
-        task = asyncio.create_task(self._answer(question, viewer))
+        task = asyncio.create_task(self._try(self._answer(question, viewer), viewer, "question"))
         self._questions.add(task)
         task.add_done_callback(self._questions.discard)
 
     async def _answer(self, question: Question, viewer: Outbox) -> None:
         think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
-        try:
-            viewer.put("whatif", m.written(await think))
-        except InputError as error:
-            self.failed += 1
-            viewer.put(*_failure(str(error)))
-        except Exception:
-            self.failed += 1
-            _log.exception("a question failed")
-            viewer.put(*_failure("the server failed at this question"))
+        viewer.put("whatif", m.written(await think))
 
     async def _open(self, asked: m.Open | m.Replay) -> None:
         name = asked.source if isinstance(asked, m.Open) else asked.log

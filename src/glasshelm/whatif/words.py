@@ -45,18 +45,19 @@ def _alike(one: Alteration | None, other: Alteration | None) -> bool:
 
 
 def _would(told: Account) -> str:
-    turn = told.alteration
-    if turn is None:
-        return f"stay on {course(told.heading_rad)}"
-    what = "return to course, " if turn.returns else "alter "
-    return f"{what}{_size(turn)}"
+    return _course(told, "stay on", "return", "alter")
 
 
 def _does(told: Account) -> str:
+    return _course(told, "keeps on", "returns", "alters")
+
+
+def _course(told: Account, stay: str, back: str, turns: str) -> str:
+    """What own ship makes of her course, with the verbs in the form that is wanted."""
     turn = told.alteration
     if turn is None:
-        return f"keeps on {course(told.heading_rad)}"
-    what = "returns to course, " if turn.returns else "alters "
+        return f"{stay} {course(told.heading_rad)}"
+    what = f"{back} to course, " if turn.returns else f"{turns} "
     return f"{what}{_size(turn)}"
 
 
