@@ -17,11 +17,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from glasshelm.evaluation.entrants import ship_of
 from glasshelm.evaluation.failures import Event, counted, explain_failures
 from glasshelm.evaluation.suites.random import random_suite
 from glasshelm.pilots.catalogue import pilot_named
 from glasshelm.pilots.clairvoyant import SEERS
-from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.ships import SHIPS
 
 
@@ -34,10 +34,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     pilot = pilot_named(given.pilot)
-    ship = pilot.trained.ship if isinstance(pilot, LearnedPilot) else pilot.ship  # pyright: ignore
-    name = next(
-        n for n, s in SHIPS.items() if s.loa_m == ship.loa_m and s.gain_1_s == ship.gain_1_s
-    )
+    name = ship_of(pilot)
+    if name is None:
+        parser.error(f"{given.pilot} has no ship of its own")
+    ship = SHIPS[name]
     prefix = name.replace("_", "-")
     with Progress(console=Console(stderr=True)) as bar:
         tasks: dict[str, int] = {}
