@@ -29,8 +29,8 @@ def test_two_ray_workers_give_the_bits_of_this_process():
             np.testing.assert_array_equal(values, over_ray[place][name], err_msg=name)
 
 
-@pytest.mark.skipif(HAS_RAY, reason="Ray is installed")
-def test_without_ray_one_line_says_what_to_install():
+def test_without_ray_one_line_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"glasshelm\[ray\]"):
         workers_named("ray")
 
