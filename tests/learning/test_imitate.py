@@ -1,11 +1,19 @@
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from glasshelm.learning.analytic import AnalyticSettings, draw_batch
-from glasshelm.learning.imitate import ImitationSettings, imitate, start_imitation, teach
+from glasshelm.learning.analytic import AnalyticSettings, draw_batch, sail
+from glasshelm.learning.imitate import (
+    ImitationSettings,
+    draw_lessons,
+    imitate,
+    start_imitation,
+    teach,
+)
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.fleet import Packed
 from glasshelm.planning.course import CourseSettings, rudder_to
@@ -70,6 +78,21 @@ def test_weights_say_what_is_at_stake():
     assert float(weight.max()) <= 1.0
     crowded = BATCH.present.sum(-1)
     assert float(weight[crowded == 0].max()) < float(weight[crowded > 0].max())
+
+
+def test_the_hardest_of_several_is_sailed():
+    """Where all voyages are the hardest of four: as many ships in each as else, and closer ones."""
+    mix = dataclasses.replace(MIX, worlds_by_count=(1, 4, 4, 4), decisions=60)
+
+    @eqx.filter_jit
+    def drawn(share):
+        settings = dataclasses.replace(SETTINGS, hard_share=share, hardest_of=4)
+        batch = draw_lessons(ACTOR, jax.random.key(8), SHIP, mix, settings)
+        return batch.present, sail(ACTOR, batch, SHIP, mix)[1].worst
+
+    (present, plain), (hard_present, hard) = drawn(0.0), drawn(1.0)
+    np.testing.assert_array_equal(present, hard_present)
+    assert float(jnp.median(hard[1:])) > float(jnp.median(plain[1:])) + 0.1
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,14 @@ manoeuvre that an actor makes, but never tell it that the manoeuvre to the other
 side would have been better. The teacher does: it tries some three hundred
 manoeuvres in thought (:mod:`glasshelm.planning.course`). Every iteration
 
-1. sails fresh encounters, mostly under the actor itself, some stretches under
-   the teacher (DAgger, Ross et al. 2011: the actor is taught where *it* goes);
-2. asks the teacher at every stretch for the course to steer, and labels every
+1. draws fresh encounters, of which a share are the *hardest of several*: those in
+   which the actor, sailing each of them alone, came nearest to a ship's domain or
+   deepest into it (prioritised by its own failures, and always by its present ones);
+2. sails them, mostly under the actor itself, some stretches under the teacher
+   (DAgger, Ross et al. 2011: the actor is taught where *it* goes);
+3. asks the teacher at every stretch for the course to steer, and labels every
    decision with the rudder that would steer it;
-3. regresses the actor's rudder on the labels, decisions weighted by what is at
+4. regresses the actor's rudder on the labels, decisions weighted by what is at
    stake: where left is as good as right, the label says little.
 """
 
@@ -22,7 +25,7 @@ import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter
-from glasshelm.learning.analytic import AnalyticSettings, draw_batch
+from glasshelm.learning.analytic import AnalyticSettings, draw_batch, sail
 from glasshelm.learning.losses import polyak
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.fleet import Packed
@@ -54,6 +57,9 @@ class ImitationSettings:
     even_until: float = 0.2
     #: Batches of voyages that are remembered, the newest among them.
     kept: int = 4
+    #: Share of the voyages that are the hardest of so many encounters for the actor.
+    hard_share: float = 0.0
+    hardest_of: int = 4
     iterations: int = 200
     updates: int = 100
     #: Instants (of all worlds of a batch) in one update.
@@ -104,6 +110,33 @@ def start_imitation(
     )
 
 
+def draw_lessons(
+    actor: Actor,
+    key: PRNGKeyArray,
+    ship: ShipParams,
+    analytic: AnalyticSettings,
+    settings: ImitationSettings,
+) -> Encounter:
+    """A batch of encounters, a share of them the hardest of several for this actor [w].
+
+    The numbers of ships are those of :func:`draw_batch`: candidates compete with
+    others of as many ships. The hardest has the largest margin of its voyage (Eq. 13
+    unclipped).
+    """
+    if not settings.hard_share:
+        return draw_batch(key, ship, analytic)
+    share_key, *keys = jax.random.split(key, 1 + settings.hardest_of)
+
+    def try_out(key: PRNGKeyArray) -> tuple[Encounter, Float[Array, " w"]]:
+        batch = draw_batch(key, ship, analytic)
+        return batch, sail(actor, batch, ship, analytic)[1].worst
+
+    candidates, worst = jax.lax.map(try_out, jnp.stack(keys))
+    hard = jax.random.bernoulli(share_key, settings.hard_share, worst.shape[1:])
+    chosen = jnp.where(hard, worst.argmax(0), 0)
+    return jax.tree.map(lambda x: x[chosen, jnp.arange(chosen.size)], candidates)
+
+
 def teach(
     actor: Actor,
     batch: Encounter,
@@ -150,7 +183,7 @@ def imitate(
 ) -> tuple[ImitationState, Lesson]:
     """One iteration: sail and be taught, then learn from the lessons kept."""
     draw_key, sail_key, learn_key = jax.random.split(key, 3)
-    batch = draw_batch(draw_key, ship, analytic)
+    batch = draw_lessons(state.actor, draw_key, ship, analytic, settings)
     fleet = Packed(batch.present, analytic.ships, analytic.pairs)
     ramp = jnp.minimum(1.0, state.iteration / settings.share_from)
     fresh = teach(state.actor, batch, settings.actor_share * ramp, sail_key, ship, fleet, settings)

@@ -58,7 +58,8 @@ _BRIEF = WorldSettings(episode_steps=24)
 PRESETS: dict[str, TrainConfig] = {
     # Table A.6 to the letter.
     "paper": TrainConfig("paper", "ddpg"),
-    # The best pilot that two CPU cores train in an hour (docs/algorithms/fast.md).
+    # A pilot nearly as good as the bundled ones, in half an hour of one free core
+    # (docs/algorithms/fast.md).
     "fast": TrainConfig(
         "fast",
         "analytic",
@@ -68,7 +69,7 @@ PRESETS: dict[str, TrainConfig] = {
         imitation=ImitationSettings(
             # Farther off than the planner itself keeps: the actor will lose some of it.
             CourseSettings(danger_margin=0.4),
-            iterations=200,
+            iterations=100,
             updates=200,
             kept=16,
         ),
