@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from glasshelm.learning.ddpg import Rows, learn, optimiser, packed_rows
+from glasshelm.learning.first import first_actor
 from glasshelm.learning.presets import preset_named
 from glasshelm.learning.replay import gather
-from glasshelm.learning.stages import DdpgStage, new_actor
+from glasshelm.learning.stages import DdpgStage
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +18,7 @@ def after_filling():
     """The tiny preset's state after filling and a few updates, and a batch of it."""
     config = preset_named("tiny")
     stage = DdpgStage(config)
-    state = stage.begin(new_actor(config))
+    state = stage.begin(first_actor(config))
     for number in range(25):
         state, _ = stage.advance(state, number)
     ticks = jnp.arange(12)

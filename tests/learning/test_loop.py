@@ -16,12 +16,12 @@ from glasshelm.cli.train import run
 from glasshelm.encounters.random import random_scenario
 from glasshelm.errors import InputError
 from glasshelm.learning.checkpoint import read_header
+from glasshelm.learning.first import first_actor
 from glasshelm.learning.loop import BEST, FINAL, LoopSettings, train
 from glasshelm.learning.presets import preset_named
 from glasshelm.learning.progress import Display
 from glasshelm.learning.records import read_records
 from glasshelm.learning.snapshot import STATE
-from glasshelm.learning.stages import new_actor
 from glasshelm.pilots.learned import read_pilot
 from glasshelm.ships import ship_named
 from glasshelm.world.step import begin
@@ -122,7 +122,7 @@ def test_the_file_alone_rebuilds_the_pilot(whole):
 def test_weights_have_moved_and_stay_finite(whole):
     name, folder = whole
     trained = load_file(folder / FINAL)
-    untrained = new_actor(preset_named(name)).head.weights[0]
+    untrained = first_actor(preset_named(name)).head.weights[0]
     assert not np.array_equal(trained["actor.head.weights.0"], np.asarray(untrained))
     assert all(np.isfinite(tensor).all() for tensor in trained.values())
 

@@ -37,7 +37,8 @@ def run(
         minutes: Stop cleanly after so many minutes.
         overrides: Any other field of the configuration, as often as needed:
             --set ddpg.batch=512 --set actor_sizes.lens=fine.
-            start=FILE begins with the actor of a weights file; with imitation.iterations=0
+            start=FILE begins with the actor of a weights file, start=FILE,FILE,... with the
+            mean of several that were trained from one beginning; with imitation.iterations=0
             the preset fast then learns critics for it and nothing else.
         snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs, where tensorboardX is installed.

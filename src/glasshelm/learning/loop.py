@@ -13,6 +13,7 @@ import jax
 
 from glasshelm.errors import InputError
 from glasshelm.learning.evaluate import Score, agreement, evaluation_set, sail_set, score
+from glasshelm.learning.first import first_actor
 from glasshelm.learning.presets import TrainConfig
 from glasshelm.learning.progress import Display
 from glasshelm.learning.records import Records
@@ -24,7 +25,7 @@ from glasshelm.learning.snapshot import (
     save_pilot,
     save_snapshot,
 )
-from glasshelm.learning.stages import Stage, State, Told, new_actor, stages_of
+from glasshelm.learning.stages import Stage, State, Told, stages_of
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ships import ship_named
@@ -51,7 +52,7 @@ class Training:
         self.stages = stages_of(config)
         self.place = Place()
         self.state: State = None
-        self.kept: Actor = new_actor(config)
+        self.kept: Actor = first_actor(config)
         self.score: Score | None = None
         self._began = time.monotonic()
         self._encounters = evaluation_set(self.ship, config.evaluation_worlds)

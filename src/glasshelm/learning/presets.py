@@ -35,7 +35,8 @@ class TrainConfig:
     critic: CriticTraining = "sum"
     ship: str = "paper"
     seed: int = 0
-    #: A weights file whose actor the training begins with, by path; none: a new actor.
+    #: Path of a weights file whose actor the training begins with; of several, separated by
+    #: commas, the mean of their actors (:mod:`glasshelm.learning.first`); none: a new actor.
     start: str | None = None
     actor_sizes: ActorSizes = dataclasses.field(default_factory=ActorSizes)
     critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)

@@ -18,6 +18,7 @@ from glasshelm import __version__
 from glasshelm.errors import InputError
 from glasshelm.learning.checkpoint import load_tree, read_header, save_tree
 from glasshelm.learning.ddpg import DdpgState
+from glasshelm.learning.first import start_files
 from glasshelm.learning.presets import TrainConfig, config_from_dict, config_to_dict
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
@@ -81,7 +82,8 @@ def pilot_header(config: TrainConfig, critic: SubTaskCritic | None, summary: dic
     """The header from which :func:`glasshelm.learning.rebuild.rebuild` makes the networks."""
     described = config_to_dict(config)
     if config.start is not None:
-        described["start"] = Path(config.start).name  # where it lay is nobody's business
+        # Where they lay is nobody's business.
+        described["start"] = ",".join(file.name for file in start_files(config.start))
     return {
         "version": __version__,
         "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},

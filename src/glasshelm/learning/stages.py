@@ -7,19 +7,16 @@ treats them alike.
 """
 
 from functools import partial
-from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
 
-from glasshelm.errors import InputError
 from glasshelm.learning.analytic import AnalyticState, Voyages, iterate, start_training
 from glasshelm.learning.ddpg import DdpgState, Pool, Report, begin_ddpg, cycle, pool_of
 from glasshelm.learning.imitate import ImitationState, Lesson, imitate, start_imitation
 from glasshelm.learning.presets import TrainConfig
-from glasshelm.learning.rebuild import read_networks
-from glasshelm.networks.actors import Actor, make_actor
+from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ships import ship_named
 
@@ -183,26 +180,6 @@ def stages_of(config: TrainConfig) -> list[Stage]:
         return [DdpgStage(config)]
     stages: list[Stage] = [ImitationStage(config), ActorStage(config), DdpgStage(config)]
     return [stage for stage in stages if stage.units > 0]
-
-
-def new_actor(config: TrainConfig) -> Actor:
-    """The actor that a training begins with: new, or that of the file ``config.start``.
-
-    InputError if that file holds another kind or size of actor.
-    """
-    if config.start is not None:
-        networks, _ = read_networks(Path(config.start))
-        like = jax.eval_shape(
-            lambda key: make_actor(config.actor, config.actor_sizes, key), jax.random.key(0)
-        )
-        if jax.tree.structure(like) != jax.tree.structure(networks.actor) or any(
-            a.shape != b.shape
-            for a, b in zip(jax.tree.leaves(like), jax.tree.leaves(networks.actor), strict=True)
-        ):
-            raise InputError(f"{config.start}: its actor is not the one that is to be trained")
-        return networks.actor
-    key = jax.random.fold_in(jax.random.key(config.seed), 3)
-    return jax.jit(make_actor, static_argnums=(0, 1))(config.actor, config.actor_sizes, key)
 
 
 @partial(jax.jit, static_argnums=1)

@@ -1,0 +1,49 @@
+"""The actor that a training begins with: a new one, a file's, or the mean of several files'.
+
+The mean of the weights of several trainings that began with the same weights is
+often a better pilot than any of them ("model soup", Wortsman et al. 2022,
+arXiv:2203.05482): what they learned alike stays, what each learned by chance
+goes. Weights of trainings that began apart have no such mean.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from glasshelm.errors import InputError
+from glasshelm.learning.presets import TrainConfig
+from glasshelm.learning.rebuild import read_networks
+from glasshelm.networks.actors import Actor, make_actor
+
+
+def first_actor(config: TrainConfig) -> Actor:
+    """The actor of ``config.start``: new if there is none, the mean if there are several files.
+
+    InputError if a file cannot be read or holds another kind or size of actor.
+    """
+    if config.start is None:
+        key = jax.random.fold_in(jax.random.key(config.seed), 3)
+        return jax.jit(make_actor, static_argnums=(0, 1))(config.actor, config.actor_sizes, key)
+    actors = [_actor_of(path, config) for path in start_files(config.start)]
+    return jax.tree.map(lambda *leaves: jnp.mean(jnp.stack(leaves), axis=0), *actors)
+
+
+def start_files(start: str) -> list[Path]:
+    """The weights files that ``TrainConfig.start`` names."""
+    return [Path(name) for name in start.split(",")]
+
+
+def _actor_of(path: Path, config: TrainConfig) -> Actor:
+    actor = read_networks(path)[0].actor
+    wanted = jax.eval_shape(
+        lambda key: make_actor(config.actor, config.actor_sizes, key), jax.random.key(0)
+    )
+    if _shapes(actor) != _shapes(wanted):
+        raise InputError(f"{path}: its actor is not the one that is to be trained")
+    return actor
+
+
+def _shapes(actor: Actor) -> tuple[Any, list[tuple[int, ...]]]:
+    return jax.tree.structure(actor), [leaf.shape for leaf in jax.tree.leaves(actor)]
