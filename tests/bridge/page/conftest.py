@@ -5,7 +5,6 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.bridge.process import free_port
 
 import glasshelm
 
@@ -117,12 +117,6 @@ def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 30.0) ->
                 return
         page.wait_for_timeout(100)
     raise AssertionError(f"{part}: waited for {pattern!r}, it says {said!r}")
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @pytest.fixture(scope="module")
