@@ -16,7 +16,7 @@ from glasshelm.frames import Frame
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import RELEASE_RAD, TURN_RAD, Episode
 from glasshelm.report.reasons import doubts, why
-from glasshelm.report.words import approach, course, degrees, lasting, miles, side, where
+from glasshelm.report.words import approach, course, degrees, helm, lasting, miles, side, where
 
 #: So many frames are looked back upon.
 FRAMES = 60
@@ -61,18 +61,16 @@ def _what(voyage: Series, frame: Frame) -> str:
     decision = frame.decision
     assert decision is not None
     rudder = decision.rudder_rad
-    helm = f"rudder {degrees(rudder)} to {side(rudder)}"
-    if abs(rudder) < RELEASE_RAD:
-        helm = "rudder amidships"
+    order = helm(rudder)
     if not decision.applied:
-        return f"Advice: {helm}; heading {course(frame.own.heading_rad)}"
+        return f"Advice: {order}; heading {course(frame.own.heading_rad)}"
     begin = _run(voyage).start
     turned = float(voyage.heading_rad[-1] - voyage.heading_rad[begin])
     if abs(rudder) < RELEASE_RAD or abs(turned) < TURN_RAD:
-        return f"{helm.capitalize()}, heading {course(frame.own.heading_rad)}"
+        return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}"
     long = lasting(float(voyage.time_s[-1] - voyage.time_s[begin]))
     done = f"{degrees(turned)} to {side(turned)} in {long}"
-    return f"{helm.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
+    return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
 
 
 def _why(voyage: Series, frame: Frame) -> str:
