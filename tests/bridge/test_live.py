@@ -96,6 +96,16 @@ def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
     assert session.heard_s == pytest.approx(0.0, abs=0.01)
 
 
+def test_own_ship_s_rudder_is_in_the_frame_while_a_sensor_tells_it(live):
+    session, at = live
+    assert at(0.0).own.rudder_rad is None
+    sensor = Report(id="230000001", time=START + timedelta(seconds=5), rudder_rad=-0.07, own=True)
+    session._picture.take(sensor)
+    assert at(5.0).own.rudder_rad == pytest.approx(-0.07)
+    assert at(10.0).decision.rudder_rad == 0.0, "the advice is another thing"
+    assert at(20.0).own.rudder_rad is None, "what was said 15 s ago is not shown as of now"
+
+
 def test_a_ship_not_heard_is_lost_then_gone(live):
     _, at = live
     at(0.0)
