@@ -29,7 +29,8 @@ class Framer:
     """Makes the frames of one scenario sailed by one pilot.
 
     ``applied`` is false where the pilot only advises; own ship's rudder is then
-    absent, unless a sensor tells it (``Scenario.own_rudder``). Moments are given on the host (NumPy leaves).
+    absent, unless a sensor tells it (``Scenario.own_rudder``). Moments are given on
+    the host (NumPy leaves).
     """
 
     def __init__(self, scenario: Scenario, pilot: Pilot, applied: bool):
