@@ -5,11 +5,17 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.conductor import Conductor
 from glasshelm.bridge.live import Live
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import Limits
+from glasshelm.bridge.stage import Stage
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Counts, Feed, Report
+from glasshelm.feeds.write_back import WriteBack
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.voyage import LOST_SHOWN_S
 
@@ -130,6 +136,39 @@ def test_everything_is_logged_and_a_clock_that_jumps_back_begins_a_new_log(live,
     times = list(session.record.times)
     assert times == [5.0 * k for k in range(len(times))]
     assert session.at == len(times) - 1 >= 2
+
+
+class Writer(WriteBack):
+    """Notes what it is asked to write: how many targets, None for nothing at all."""
+
+    def __init__(self):
+        self.asked: list[int | None] = []
+
+    def tell(self, frame, alarms):
+        self.asked.append(len(frame.targets))
+
+    def fall_silent(self):
+        self.asked.append(None)
+
+
+def test_only_what_is_of_now_is_written_back(live, tmp_path):
+    session, at = live
+    writer = Writer()
+    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    stage = Stage(session, Limits())
+    at(0.0)
+    stage.forward()
+    conductor._write_back(stage)
+    session._picture.time_s = 31.0  # nothing was heard for so long
+    conductor._write_back(stage)
+    at(35.0)
+    stage.forward()
+    conductor._write_back(stage)
+    session._feed.connected = False
+    conductor._write_back(stage)
+    conductor._write_back(None)
+    conductor.close()
+    assert writer.asked == [1, None, 1, None, None]
 
 
 def test_another_pilot_beside_and_what_cannot_be_done(live):
