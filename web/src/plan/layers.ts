@@ -224,7 +224,7 @@ function ghostWords(c: Context, scene: Scene, row: Ranked, picture: Box, taken: 
   const at = scene.view.toScreen(cpa.target);
   if (!inside(scene, at)) return;
   c.font = `600 12px ${FONT}`;
-  const words = `CPA ${miles(cpa.dcpa_m)} NM in ${clock(cpa.tcpa_s)}`;
+  const words = `CPA ${miles(target.dcpa_m)} NM in ${clock(target.tcpa_s)}`;
   const box = placed(at, { w: c.measureText(words).width, h: 16 }, 16, picture, taken);
   if (!box) return;
   const ink = alarm ? scene.inks.alarm : scene.inks.ink;
