@@ -33,25 +33,38 @@ class Server:
     port: int
     logs: Path
     more: tuple[str, ...] = ()
+    token: str = ""
     process: "subprocess.Popen[bytes] | None" = None
 
     @property
     def url(self) -> str:
-        return f"http://127.0.0.1:{self.port}/"
+        """What is opened in the browser, with the token if one is needed."""
+        return f"http://127.0.0.1:{self.port}/{self._query}"
+
+    @property
+    def line(self) -> str:
+        """Where its WebSocket is."""
+        return f"ws://127.0.0.1:{self.port}/ws{self._query}"
+
+    @property
+    def _query(self) -> str:
+        return f"?token={self.token}" if self.token else ""
 
     def start(self) -> None:
         command = [sys.executable, "-m", "glasshelm", "bridge", self.source, *self.more]
         options = ["--port", str(self.port), "--no-open", "--log", str(self.logs)]
+        options += ["--token", self.token] if self.token else []
         said = (self.logs / "server.txt").open("ab")
         path = [str(Path(glasshelm.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
         env = {**os.environ, "PYTHONPATH": os.pathsep.join(path), "JAX_PLATFORMS": "cpu"}
         self.process = subprocess.Popen(command + options, stdout=said, stderr=said, env=env)
+        health = f"http://127.0.0.1:{self.port}/api/health"
         until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until:
             if self.process.poll() is not None:
                 break
             try:
-                with urllib.request.urlopen(self.url + "api/health", timeout=2) as answer:
+                with urllib.request.urlopen(health, timeout=2) as answer:
                     if answer.status == 200:
                         return
             except OSError:
@@ -68,7 +81,7 @@ class Server:
         """Say this to the server as another viewer, and wait until it has been done."""
         from websockets.sync.client import connect
 
-        with connect(self.url.replace("http", "ws") + "ws", max_size=None) as line:
+        with connect(self.line, max_size=None, ping_interval=None) as line:
             for message in messages:
                 line.send(json.dumps(message))
             line.send(json.dumps({"type": "ping"}))
@@ -86,7 +99,7 @@ class Server:
         from websockets.sync.client import connect
 
         got: dict[str, Any] = {}
-        with connect(self.url.replace("http", "ws") + "ws", max_size=None) as line:
+        with connect(self.line, max_size=None, ping_interval=None) as line:
             while not {"session", "frame", "alarms"} <= set(got):
                 message = json.loads(line.recv(timeout=PATIENCE_S))
                 got[message["type"]] = message
@@ -144,8 +157,8 @@ def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Se
     """Begin a server of a source; all are ended with the module."""
     begun: list[Server] = []
 
-    def begin(source: str, *more: str) -> Server:
-        server = Server(source, free_port(), tmp_path_factory.mktemp("logs"), more)
+    def begin(source: str, *more: str, token: str = "") -> Server:
+        server = Server(source, free_port(), tmp_path_factory.mktemp("logs"), more, token)
         server.start()
         begun.append(server)
         return server
