@@ -119,7 +119,7 @@ def words(page: Any, part: str) -> str:
     return " ".join(page.locator(part).first.evaluate(_WORDS).split())
 
 
-def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 30.0) -> None:
+def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 60.0) -> None:
     """Until the words of a part hold the pattern; fails with what they are instead."""
     until = time.monotonic() + seconds
     said = ""
@@ -180,7 +180,7 @@ def look(chromium: Any) -> Iterator[Callable[..., Any]]:
         )
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(30_000)
+        page.set_default_timeout(60_000)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
         if settings:
