@@ -37,6 +37,16 @@ def test_it_says_what_the_helm_does_and_why(frames):
     assert said.why
 
 
+def test_the_shares_are_those_of_the_rudder_shown(frames):
+    """Not means over the turn: they add up to the order beside them."""
+    k = next(k for k, f in enumerate(frames) if k > 2 and abs(f.decision.rudder_rad) > 0.02)
+    same = now([*frames[k - 2 : k], frames[k]])
+    assert same.why == now([frames[k]]).why
+    last = frames[k]
+    total = last.decision.alone_rad + sum(t.shapley_rad for t in last.targets if t.fed)
+    assert total == pytest.approx(last.decision.rudder_rad, abs=1e-4)
+
+
 def test_the_cpa_in_the_sentence_is_the_present_one(frames):
     last = frames[-1]
     said = now(frames)

@@ -34,6 +34,7 @@ def many(server: Server) -> Server:
 def test_the_token_in_the_address_lets_in_and_is_kept(server: Server, chromium: Any) -> None:
     context = chromium.new_context()
     page = context.new_page()
+    page.set_default_timeout(60_000)
     plain = server.url.partition("?")[0]
     refused = page.goto(plain)
     assert refused.status == 403
@@ -51,7 +52,7 @@ def test_new_york_is_played_and_sought_in_utc(server: Server, look: Visit) -> No
     frame = shown["frame"]["frame"]
     assert "Recorded" in words(page, "gh-top-bar")
     assert f"{frame['time_utc'][11:19]} UTC" in words(page, "gh-top-bar")
-    assert f"Ships {len(frame['targets'])}" in words(page, "gh-target-list")
+    assert f"All {len(frame['targets'])}" in words(page, "gh-target-list")
     page.get_by_label("Time", exact=True).last.fill("1200")
     later = f"{int(frame['time_utc'][14:16]) + 10:02d}:{frame['time_utc'][17:19]}"
     wait_for_words(page, "gh-top-bar .time", later)
