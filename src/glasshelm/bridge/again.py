@@ -15,11 +15,15 @@ class Again(Session):
 
     def __init__(self, record: Record):
         first = record.frame(0)
-        self.record, self.at = record, -1
+        self._record, self.at = record, -1
         self._pilot = first.pilot
         title = f"Log {record.path.name}: {first.source}"
         ship = f"{first.ship.loa_m:.0f} m"
         self.card = Card(first.source, title, "replay", ship, record.times[-1], _notes(first))
+
+    @property
+    def record(self) -> Record:
+        return self._record
 
     @property
     def pilot(self) -> str:

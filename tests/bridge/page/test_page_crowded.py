@@ -56,7 +56,7 @@ def test_new_york_is_played_and_sought_in_utc(server: Server, look: Visit) -> No
     page.get_by_label("Time", exact=True).last.fill("1200")
     later = f"{int(frame['time_utc'][14:16]) + 10:02d}:{frame['time_utc'][17:19]}"
     wait_for_words(page, "gh-top-bar .time", later)
-    page.keyboard.press("?")
+    page.get_by_role("button", name="Menu").click()
     chosen = page.locator("#scenario option:checked").inner_text()
     assert "New York" in chosen
 
