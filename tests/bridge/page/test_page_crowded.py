@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Callable
+from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
@@ -47,15 +48,15 @@ def test_the_token_in_the_address_lets_in_and_is_kept(server: Server, chromium: 
 
 
 def test_new_york_is_played_and_sought_in_utc(server: Server, look: Visit) -> None:
-    server.ask({"type": "pause"}, {"type": "seek", "time_s": 600})
+    server.ask({"type": "pause"}, {"type": "seek", "time_s": 120})
     page, shown = look(server), server.shown()
     frame = shown["frame"]["frame"]
     assert "Recorded" in words(page, "gh-top-bar")
     assert f"{frame['time_utc'][11:19]} UTC" in words(page, "gh-top-bar")
     assert f"All {len(frame['targets'])}" in words(page, "gh-target-list")
-    page.get_by_label("Time", exact=True).last.fill("1200")
-    later = f"{int(frame['time_utc'][14:16]) + 10:02d}:{frame['time_utc'][17:19]}"
-    wait_for_words(page, "gh-top-bar .time", later)
+    page.get_by_label("Time", exact=True).last.fill("240")
+    later = datetime.fromisoformat(frame["time_utc"]) + timedelta(seconds=120)
+    wait_for_words(page, "gh-top-bar .time", f"{later:%H:%M:%S} UTC")
     page.get_by_role("button", name="Menu").click()
     chosen = page.locator("#scenario option:checked").inner_text()
     assert "New York" in chosen
