@@ -29,7 +29,8 @@ class Framer:
     """Makes the frames of one scenario sailed by one pilot.
 
     ``applied`` is false where the pilot only advises; own ship's rudder is then
-    absent, as nobody knows it. Moments are given on the host (NumPy leaves).
+    absent, unless a sensor tells it (``Scenario.own_rudder``). Moments are given on
+    the host (NumPy leaves).
     """
 
     def __init__(self, scenario: Scenario, pilot: Pilot, applied: bool):
@@ -77,13 +78,14 @@ class Framer:
     def _own(self, moment: Moment) -> Own:
         own = moment.own
         latitude, longitude = self._places(own.east_m[None], own.north_m[None])
+        known = self._applied or self._scenario.own_rudder
         return Own(
             east_m=_plain(own.east_m),
             north_m=_plain(own.north_m),
             heading_rad=_plain((own.heading_rad + np.pi) % (2 * np.pi) - np.pi),
             speed_m_s=_plain(own.speed_m_s),
             rate_of_turn_rad_s=_plain(own.rate_of_turn_rad_s),
-            rudder_rad=_plain(own.rudder_rad) if self._applied else None,
+            rudder_rad=_plain(own.rudder_rad) if known else None,
             latitude_deg=latitude[0],
             longitude_deg=longitude[0],
         )

@@ -5,11 +5,17 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.conductor import Conductor
 from glasshelm.bridge.live import Live
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import Limits
+from glasshelm.bridge.stage import Stage
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Counts, Feed, Report
+from glasshelm.feeds.write_back import WriteBack
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.voyage import LOST_SHOWN_S
 
@@ -96,6 +102,16 @@ def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
     assert session.heard_s == pytest.approx(0.0, abs=0.01)
 
 
+def test_own_ship_s_rudder_is_in_the_frame_while_a_sensor_tells_it(live):
+    session, at = live
+    assert at(0.0).own.rudder_rad is None
+    sensor = Report(id="230000001", time=START + timedelta(seconds=5), rudder_rad=-0.07, own=True)
+    session._picture.take(sensor)
+    assert at(5.0).own.rudder_rad == pytest.approx(-0.07)
+    assert at(10.0).decision.rudder_rad == 0.0, "the advice is another thing"
+    assert at(20.0).own.rudder_rad is None, "what was said 15 s ago is not shown as of now"
+
+
 def test_a_ship_not_heard_is_lost_then_gone(live):
     _, at = live
     at(0.0)
@@ -120,6 +136,39 @@ def test_everything_is_logged_and_a_clock_that_jumps_back_begins_a_new_log(live,
     times = list(session.record.times)
     assert times == [5.0 * k for k in range(len(times))]
     assert session.at == len(times) - 1 >= 2
+
+
+class Writer(WriteBack):
+    """Notes what it is asked to write: how many targets, None for nothing at all."""
+
+    def __init__(self):
+        self.asked: list[int | None] = []
+
+    def tell(self, frame, alarms):
+        self.asked.append(len(frame.targets))
+
+    def fall_silent(self):
+        self.asked.append(None)
+
+
+def test_only_what_is_of_now_is_written_back(live, tmp_path):
+    session, at = live
+    writer = Writer()
+    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    stage = Stage(session, Limits())
+    at(0.0)
+    stage.forward()
+    conductor._write_back(stage)
+    session._picture.time_s = 31.0  # nothing was heard for so long
+    conductor._write_back(stage)
+    at(35.0)
+    stage.forward()
+    conductor._write_back(stage)
+    session._feed.connected = False
+    conductor._write_back(stage)
+    conductor._write_back(None)
+    conductor.close()
+    assert writer.asked == [1, None, 1, None, None]
 
 
 def test_another_pilot_beside_and_what_cannot_be_done(live):

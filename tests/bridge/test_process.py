@@ -3,11 +3,8 @@
 import asyncio
 import json
 import os
-import re
 import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
 
@@ -15,6 +12,7 @@ import pytest
 import uvicorn
 import websockets.sync.client as ws
 from tests.bridge.frames import Other, frame
+from tests.bridge.process import free_port, start
 
 from glasshelm.bridge.again import Again
 from glasshelm.bridge.app import application
@@ -26,24 +24,6 @@ from glasshelm.bridge.outbox import MOST_FRAMES, MOST_OTHERS
 from glasshelm.bridge.record import Record
 
 WAIT_S = 180.0
-
-
-def start(*args: str) -> tuple[subprocess.Popen[str], str]:
-    """A bridge in a process of its own, and its address as it prints it."""
-    command = [sys.executable, "-m", "glasshelm", "bridge", *args, "--no-open"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
-    for line in process.stderr:
-        found = re.search(r"http://(\S+)/", line)
-        if found:
-            return process, f"ws://{found[1]}/ws"
-    raise AssertionError("the bridge did not start")
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def test_what_was_seen_before_kill_9_can_be_seen_again(tmp_path):

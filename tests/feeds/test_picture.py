@@ -124,10 +124,12 @@ def test_own_ship_of_single_sensors():
     assert float(state.speed_m_s) == 4.0
     assert float(state.rate_of_turn_rad_s) == pytest.approx(0.01)
     assert float(state.rudder_rad) == pytest.approx(0.05)
-    # Adrift, the course over ground is noise; an old rate of turn is none.
+    assert picture.scenario(at(11), SHIP).own_rudder
+    # Adrift, the course over ground is noise; an old rate of turn or rudder is none.
     picture.take(Report(id="own", time=at(2), own=True, speed_m_s=0.2))
     assert float(picture.scenario(at(20), SHIP).encounter.own.heading_rad) == pytest.approx(1.3)
     assert float(picture.scenario(at(20), SHIP).encounter.own.rate_of_turn_rad_s) == 0
+    assert not picture.scenario(at(20), SHIP).own_rudder
 
 
 def test_motion_that_is_not_said_is_taken_from_positions():

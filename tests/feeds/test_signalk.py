@@ -137,6 +137,24 @@ def test_only_what_changed_is_written_and_a_new_connection_gets_all():
     assert writer.told == 4
 
 
+def test_who_falls_silent_leaves_nothing_standing():
+    async def write():
+        async with server(0) as (port, got, _):
+            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
+            async with running(writer.run()):
+                alarm = Alarm("1", "A", "unacknowledged", "CPA 0.05 NM in 1:00")
+                writer.tell(frame_of(0.05, [target_of("1", 100.0, 60.0)]), [alarm])
+                await until(lambda: len(got) == 2)
+                writer.fall_silent()
+                await until(lambda: len(got) == 4)
+                return {v["path"]: v["value"] for d in got[2:] for v in d["updates"][0]["values"]}
+
+    values = asyncio.run(write())
+    assert values.pop(RUDDER) is None
+    assert values.pop(CLOSEST) is None
+    assert [notice["state"] for notice in values.values()] == ["normal"]
+
+
 def test_a_lost_ship_and_one_already_passed_have_no_closest_approach():
     frame = frame_of(None, [target_of("1", 100.0, 60.0, lost=True), target_of("2", 100.0, -1.0)])
     assert said_of(frame, []) == {}

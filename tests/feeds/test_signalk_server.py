@@ -1,10 +1,15 @@
 """Against a real Signal K server: targets appear, it may restart, what is written is read back."""
 
 import asyncio
+import contextlib
 import dataclasses
+import json
+import signal
 import time
 
 import pytest
+import websockets.sync.client as ws
+from tests.bridge.process import free_port, start
 from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import SHIP, pictured, running, shown, until
 from tests.feeds.signalk_server import SignalKServer, why_not
@@ -93,6 +98,59 @@ def test_what_is_written_is_read_back_and_withdrawn(server):
     assert told["state"] == silent["state"] == "alarm"
     assert told["method"] == ["visual", "sound"]
     assert told["message"] == "MSC X: CPA 0.19 NM in 4:00"
+
+
+def test_a_bridge_that_follows_it_writes_back_what_it_shows(server, tmp_path):
+    """The command itself: traffic in, frames shown, and what they say read back over REST."""
+    asked = ("--write-back", "--signalk-token", server.token(), "--pilot", "paper-waypoint")
+    process, url = start(server.address, *asked, "--log", str(tmp_path), "--port", str(free_port()))
+    frames, alarms = [], []
+    try:
+        with ws.connect(url, max_size=None) as viewer:
+            viewer.send(json.dumps({"type": "limits", "dcpa_m": 50_000, "tcpa_s": 3600}))
+
+            def read_until(wanted, path, number="self"):
+                end = time.monotonic() + 120
+                while time.monotonic() < end:
+                    with contextlib.suppress(TimeoutError):
+                        while message := json.loads(viewer.recv(timeout=0.2)):
+                            if message["type"] == "frame":
+                                frames.append(message["frame"])
+                            if message["type"] == "alarms":
+                                alarms[:] = message["alarms"]
+                    value = (server.vessel(path, number) or {}).get("value")
+                    if wanted(value):
+                        return value
+                raise AssertionError(f"{path} is {value}")
+
+            def shown(value):
+                return value in [f["decision"]["rudder_rad"] for f in frames]
+
+            read_until(shown, "steering.rudderAngleTarget")
+            read_until(lambda _: any(a["state"] == "unacknowledged" for a in alarms), "name")
+            alarm = alarms[-1]  # whose CPA is the last to be past
+            notice = f"notifications.navigation.closestApproach.{alarm['target']}"
+            told = read_until(lambda v: v and v["state"] == "alarm", notice)
+            assert told["method"] == ["visual", "sound"]
+            assert alarm["name"] in told["message"]
+
+            def approach(value):
+                ships = [t for f in frames for t in f["targets"] if t["id"] == alarm["target"]]
+                said = [{"distance": t["dcpa_m"], "timeTo": t["tcpa_s"]} for t in ships]
+                return value in said
+
+            hers = f"urn:mrn:imo:mmsi:{int(alarm['target']):09d}"
+            read_until(approach, "navigation.closestApproach", hers)
+            viewer.send(json.dumps({"type": "acknowledge", "id": alarm["id"]}))
+            read_until(lambda v: v["method"] == ["visual"], notice)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=30) in (0, 130)
+        assert server.vessel("steering.rudderAngleTarget")["value"] is None
+        assert server.vessel("navigation.closestApproach", hers)["value"] is None
+        assert server.vessel(notice)["value"]["state"] == "normal"
+    finally:
+        process.kill()
+        process.wait(timeout=30)
 
 
 def test_a_wrong_token_is_refused_in_one_line(server):

@@ -9,7 +9,7 @@ import pytest
 import glasshelm
 from glasshelm.encounters.source import scenario_from
 from glasshelm.report.now import now
-from glasshelm.report.words import approach
+from glasshelm.report.words import approach, helm
 from glasshelm.ships import ship_named
 from glasshelm.voyage import sail
 
@@ -37,6 +37,16 @@ def test_it_says_what_the_helm_does_and_why(frames):
     assert said.why
 
 
+def test_the_shares_are_those_of_the_rudder_shown(frames):
+    """Not means over the turn: they add up to the order beside them."""
+    k = next(k for k, f in enumerate(frames) if k > 2 and abs(f.decision.rudder_rad) > 0.02)
+    same = now([*frames[k - 2 : k], frames[k]])
+    assert same.why == now([frames[k]]).why
+    last = frames[k]
+    total = last.decision.alone_rad + sum(t.shapley_rad for t in last.targets if t.fed)
+    assert total == pytest.approx(last.decision.rudder_rad, abs=1e-4)
+
+
 def test_the_cpa_in_the_sentence_is_the_present_one(frames):
     last = frames[-1]
     said = now(frames)
@@ -57,6 +67,25 @@ def test_what_comes_is_read_from_the_predicted_track(frames):
 def test_an_advice_says_that_it_is_one(frames):
     decision = msgspec.structs.replace(frames[0].decision, applied=False)
     assert now([msgspec.structs.replace(frames[0], decision=decision)]).what.startswith("Advice:")
+
+
+@pytest.mark.parametrize(
+    ("rudder_deg", "words"),
+    [
+        (3.44, "rudder 3.4° to starboard"),
+        (-0.54, "rudder 0.5° to port"),
+        (-0.2, "rudder amidships (0.2° to port)"),
+        (0.0, "rudder amidships"),
+        (-0.04, "rudder amidships"),
+    ],
+)
+def test_a_rudder_is_said_to_the_tenth_shown_beside_it(frames, rudder_deg, words):
+    assert helm(math.radians(rudder_deg)) == words
+    decision = msgspec.structs.replace(
+        frames[0].decision, rudder_rad=math.radians(rudder_deg), applied=False
+    )
+    said = now([msgspec.structs.replace(frames[0], decision=decision)])
+    assert said.what.startswith(f"Advice: {words}; heading")
 
 
 def test_where_nothing_is_decided_nothing_is_said(frames):

@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.voyages import Other, plain, voyage
 
+from glasshelm.evaluation.colregs import Kind
 from glasshelm.figures.series import series
 from glasshelm.report.episodes import Episode
 from glasshelm.report.reasons import doubts, why
@@ -114,6 +115,16 @@ def test_the_rules_are_quoted_where_they_ask_for_something_else(course, east, sh
     text = doubts(told(share, alone=0.0, course=course, east=east), Episode(0, 9, share / 10))
     assert words in text
     assert bool(words) == bool(text)
+
+
+def test_the_rules_are_those_of_the_meeting_where_it_is_known():
+    """She has come to own ship's port side since, but that makes no new meeting."""
+    voyage = told(3.0, alone=0.0, course=90.0, east=-6500.0)
+    assert "Rule 17" in doubts(voyage, TURN)
+    (ship,) = voyage.ships
+    assert doubts(voyage, TURN, kinds={ship.id: Kind.CROSSING_GIVE_WAY}) == ""
+    assert doubts(voyage, TURN, kinds={}) == ""
+    assert "Rule 17" in doubts(voyage, TURN, kinds={ship.id: Kind.CROSSING_STAND_ON})
 
 
 shares = st.floats(-3, 3).map(lambda x: round(x, 2))

@@ -2,6 +2,7 @@
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 
+import { carriedOn } from "./domain/between";
 import { Book, PLACES, type Palette } from "./domain/colours";
 import { added, lighten, MOST_FRAMES } from "./domain/history";
 import { liveness, type Liveness } from "./domain/liveness";
@@ -51,6 +52,7 @@ export class Store {
   private readonly hosts = new Set<ReactiveControllerHost>();
   private linkSince_ms = performance.now();
   private frameAt_ms: number | null = null;
+  private shown: Frame | null = null;
   private scheduled = false;
   private noticeCount = 0;
   private whatIfTimer = 0;
@@ -61,7 +63,7 @@ export class Store {
 
   start(): void {
     this.link.start();
-    window.setInterval(() => this.changed(), 1000);
+    window.setInterval(() => this.tick(), 1000);
   }
 
   send(message: ToServer): void {
@@ -70,8 +72,9 @@ export class Store {
 
   // What is shown
 
+  /** The present frame; of live traffic as it has moved on since. */
   get frame(): Frame | null {
-    return this.now?.frame ?? null;
+    return this.shown ?? this.now?.frame ?? null;
   }
 
   get liveness(): Liveness {
@@ -220,7 +223,7 @@ export class Store {
     this.dismissWhatIf();
     this.frames = [];
     this.compareFrames = [];
-    this.now = null;
+    this.now = this.shown = null;
     this.path = [];
     this.frameAt_ms = null;
     this.alarms = [];
@@ -239,6 +242,7 @@ export class Store {
     this.compareFrames.forEach(lighten);
     this.path = [];
     this.now = last ? { frame: last } : null;
+    this.shown = null;
     this.frameAt_ms = last ? performance.now() : null;
     this.book.clear();
     this.rank();
@@ -252,6 +256,7 @@ export class Store {
     if (compare) this.compareFrames = added(this.compareFrames, compare);
     if (instant.path) this.path = instant.path;
     this.now = instant;
+    this.shown = null;
     this.frameAt_ms = performance.now();
     this.rank();
   }
@@ -270,6 +275,16 @@ export class Store {
   private linked(_state: LinkState): void {
     this.linkSince_ms = performance.now();
     this.asking = false;
+    this.changed();
+  }
+
+  /** Once a second: ages grow, and live traffic goes on until the next frame. */
+  private tick(): void {
+    const [frame, age_s] = [this.now?.frame, this.frameAge_s];
+    if (this.liveness.state === "live" && frame && age_s !== null) {
+      this.shown = carriedOn(frame, age_s);
+      this.rank();
+    }
     this.changed();
   }
 

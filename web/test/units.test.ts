@@ -25,7 +25,9 @@ describe("units", () => {
     expect(rudder(radians(-0.3))).toBe("P 0.3°");
     expect(rudder(radians(-0.04))).toBe("0.0°");
     expect(rudderWords(radians(-3))).toEqual({ side: "Port", angle: "3.0°" });
-    expect(rudderWords(0.0001).side).toBe("Midships");
+    expect(rudderWords(0.0001)).toEqual({ side: "Midships", angle: "0.0°" });
+    expect(rudderWords(radians(0.2))).toEqual({ side: "Midships", angle: "S 0.2°" });
+    expect(rudderWords(radians(-0.46))).toEqual({ side: "Port", angle: "0.5°" });
   });
 
   it("writes spans as minutes and seconds", () => {

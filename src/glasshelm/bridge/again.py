@@ -1,7 +1,7 @@
 """A session that shows a log again."""
 
 from glasshelm.bridge.record import Record
-from glasshelm.bridge.session import Card, Predicted
+from glasshelm.bridge.session import Card, Predicted, Session
 from glasshelm.errors import InputError
 from glasshelm.frames import Frame
 from glasshelm.pilots.types import Pilot
@@ -10,16 +10,20 @@ _STEP_S = 5.0
 _LONGEST_STEP_S = 30.0
 
 
-class Again:
+class Again(Session):
     """The frames of a log, as they were: nothing is decided again."""
 
     def __init__(self, record: Record):
         first = record.frame(0)
-        self.record, self.at = record, -1
+        self._record, self.at = record, -1
         self._pilot = first.pilot
         title = f"Log {record.path.name}: {first.source}"
         ship = f"{first.ship.loa_m:.0f} m"
         self.card = Card(first.source, title, "replay", ship, record.times[-1], _notes(first))
+
+    @property
+    def record(self) -> Record:
+        return self._record
 
     @property
     def pilot(self) -> str:
@@ -40,17 +44,6 @@ class Again:
         if not 0 <= at < len(times) - 1:
             return _STEP_S
         return min(times[at + 1] - times[at], _LONGEST_STEP_S)
-
-    @property
-    def connected(self) -> bool:
-        return True
-
-    @property
-    def heard_s(self) -> None:
-        return None
-
-    async def listen(self) -> None:
-        """Nothing to hear."""
 
     def forward(self) -> Frame | None:
         if self.at + 1 >= len(self.record):

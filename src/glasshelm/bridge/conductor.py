@@ -21,6 +21,7 @@ from glasshelm.bridge.questions import Question, answered
 from glasshelm.bridge.session import Session
 from glasshelm.bridge.stage import Stage, Told
 from glasshelm.errors import InputError
+from glasshelm.feeds.picture import OWN_STALE_S
 from glasshelm.feeds.write_back import WriteBack
 
 Result = TypeVar("Result")
@@ -38,7 +39,7 @@ class Conductor:
     ``asked`` counts all messages of viewers, ``refused`` those of them that were
     none, ``failed`` those that asked for what cannot be done; ``dropped`` the
     frames that viewers who have left were too slow for. ``writer`` is told of every
-    frame of live traffic.
+    frame of live traffic, and falls silent where there is none of now.
     """
 
     def __init__(self, catalogue: Catalogue, logs: Path, writer: WriteBack | None = None):
@@ -215,6 +216,7 @@ class Conductor:
         if old is not None:
             await self._work(old.close)
         self._listening = asyncio.create_task(self._listen(stage.session))
+        self._write_back(stage)
         self._playing, self._rate = True, 1.0
         # Again, as there is one log more.
         self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
@@ -251,8 +253,17 @@ class Conductor:
             if live or told is None:
                 self._set(stage, live, self._rate)
             self._tell(told or [])
-            if live and told and self.writer is not None and stage.frame is not None:
-                self.writer.tell(stage.frame, stage.alarms)
+            self._write_back(stage if told else None)
+
+    def _write_back(self, stage: Stage | None) -> None:
+        """Tell what a frame of now says; what was told before is withdrawn if there is none."""
+        if self.writer is None:
+            return
+        frame = None if stage is None else stage.frame
+        if stage is None or frame is None or not _of_now(stage.session):
+            self.writer.fall_silent()
+        else:
+            self.writer.tell(frame, stage.alarms)
 
     def _set(self, stage: Stage, playing: bool, rate: float) -> None:
         self._playing, self._rate = playing, rate
@@ -287,6 +298,12 @@ class Conductor:
             return False
         self._wake.clear()
         return True
+
+
+def _of_now(session: Session) -> bool:
+    """Whether this is live traffic, and heard: a page does not call it live otherwise."""
+    heard_s = session.heard_s
+    return session.connected and heard_s is not None and heard_s <= OWN_STALE_S
 
 
 def _notice(text: str) -> Told:

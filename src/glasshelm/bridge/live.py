@@ -6,7 +6,7 @@ from pathlib import Path
 
 from glasshelm.bridge.logs import new_log
 from glasshelm.bridge.record import Record
-from glasshelm.bridge.session import Card, Predicted, track_of
+from glasshelm.bridge.session import Card, Predicted, Session, track_of
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import Picture
@@ -35,7 +35,7 @@ class _Helm:
         return frame
 
 
-class Live:
+class Live(Session):
     """Makes a frame of the picture whenever it is asked for one.
 
     ``listen`` runs in the event loop and only puts reports aside; all else runs

@@ -43,6 +43,7 @@ class Lookout:
         """What is to be told of the next frame."""
         self._recent.append(frame)
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        told = now(tuple(self._recent), rows, step_s)
+        meetings = self._rules.see(frame)
+        told = now(tuple(self._recent), rows, step_s, self._rules.kinds)
         sentence = None if told is None else Sentence(told.what, told.why, told.next)
-        return Beside(sentence, self._rules.see(frame), self.alarms.see(frame))
+        return Beside(sentence, meetings, self.alarms.see(frame))

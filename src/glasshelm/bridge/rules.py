@@ -39,6 +39,8 @@ class Rules:
         self._ids: list[str] = []
         self._meetings = Meetings.none(0)
         self._heading_rad: float | None = None
+        #: The kind of each meeting in the frame seen last, by the target's id.
+        self.kinds: dict[str, Kind] = {}
 
     def see(self, frame: Frame) -> dict[str, Meeting]:
         """What own ship is to each target that is shown, by the target's id."""
@@ -56,7 +58,8 @@ class Rules:
         self._meetings, self._heading_rad = after, frame.own.heading_rad
         self._ids = [t.id for t in targets]
         kinds = np.asarray(told)[: len(targets)].tolist()
-        return {t.id: _TOLD[Kind(kind)] for t, kind in zip(targets, kinds, strict=True)}
+        self.kinds = {t.id: Kind(kind) for t, kind in zip(targets, kinds, strict=True)}
+        return {id: _TOLD[kind] for id, kind in self.kinds.items()}
 
     def _moved(self, ids: list[str], slots: int) -> Meetings:
         """The meetings so far in the slots of these ships; new ships have none."""

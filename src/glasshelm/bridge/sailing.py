@@ -4,7 +4,7 @@ from pathlib import Path
 
 from glasshelm.bridge.logs import new_log
 from glasshelm.bridge.record import Record
-from glasshelm.bridge.session import Card, Predicted, track_of
+from glasshelm.bridge.session import Card, Predicted, Session, track_of
 from glasshelm.encounters.types import Scenario
 from glasshelm.frames import Frame
 from glasshelm.pilots.types import Pilot
@@ -49,7 +49,7 @@ def _log(logs: Path, voyage: Voyage) -> Path:
     return new_log(logs, voyage.scenario.source, voyage.place.pilot.name)
 
 
-class Sailing:
+class Sailing(Session):
     """Sails as far as is looked; going back and forth reads the log."""
 
     def __init__(self, scenario: Scenario, pilot: Pilot, ship: str, advise: bool, logs: Path):
@@ -87,17 +87,6 @@ class Sailing:
     @property
     def step_s(self) -> float:
         return self._run.voyage.settings.step_s
-
-    @property
-    def connected(self) -> bool:
-        return True
-
-    @property
-    def heard_s(self) -> None:
-        return None
-
-    async def listen(self) -> None:
-        """Nothing to hear."""
 
     def forward(self) -> Frame | None:
         if not self._run.reach(self.at + 1):

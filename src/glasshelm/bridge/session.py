@@ -47,6 +47,7 @@ class Session(Protocol):
 
     ``at`` is the number of the frame shown, −1 before the first. Every method
     raises InputError, in one line, for what this kind of session cannot do.
+    What has a body here is so for all sessions but live traffic.
     """
 
     card: Card
@@ -77,18 +78,16 @@ class Session(Protocol):
 
     @property
     def connected(self) -> bool:
-        """Whether the source is there; always, but for live traffic."""
-        ...
+        """Whether the source is there."""
+        return True
 
     @property
     def heard_s(self) -> float | None:
-        """The age of the last thing heard; None but for live traffic."""
-        ...
+        """The age of the last thing heard [s]."""
+        return None
 
-    @abstractmethod
     async def listen(self) -> None:
         """Hear what the source says, in the event loop, until cancelled."""
-        ...
 
     @abstractmethod
     def forward(self) -> Frame | None:

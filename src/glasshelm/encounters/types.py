@@ -72,6 +72,7 @@ class Scenario:
     """An encounter with what people want to know of it.
 
     ``ship`` is own ship; ``own_track`` her recorded motion, if there is one;
+    ``own_rudder`` says that a sensor tells her rudder, which her state then has;
     ``origin`` the latitude and longitude [deg] of (0, 0), ``start`` the time of
     t = 0 (UTC); ``duration_s`` how long the source says it lasts; ``notes``
     what was repaired or dropped while reading.
@@ -85,6 +86,7 @@ class Scenario:
     duration_s: float
     own_name: str = "own ship"
     own_track: Track | None = None
+    own_rudder: bool = False
     origin: tuple[float, float] | None = None
     start: datetime | None = None
     notes: tuple[str, ...] = ()

@@ -13,7 +13,7 @@ from glasshelm.errors import InputError
 from glasshelm.feeds.again import Backoff
 from glasshelm.feeds.lines import Lines
 from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.types import Counts, Refusal, Report
+from glasshelm.feeds.types import Begun, Counts, Refusal, Report
 
 #: A TCP server that is silent for so long [s] is taken for gone, and connected to again.
 SILENT_S = 120.0
@@ -24,16 +24,12 @@ MOST_DATAGRAMS = 4096
 _PIECE = 65536
 
 
-class TcpFeed:
+class TcpFeed(Begun):
     """A client of an NMEA server (receiver, multiplexer, plotter)."""
 
     def __init__(self, host: str, port: int, own: str | None = None):
-        self.title = f"NMEA 0183 from {host}:{port} (TCP)"
-        self.counts = Counts()
-        self.connected = False
-        self.trouble: str | None = None
-        self._address = (host, port)
-        self._own = own
+        super().__init__(f"NMEA 0183 from {host}:{port} (TCP)")
+        self._address, self._own = (host, port), own
 
     async def reports(self) -> AsyncIterator[Report]:
         """The reports as they come; connects again until it is cancelled."""
@@ -74,16 +70,12 @@ class TcpFeed:
         return piece
 
 
-class UdpFeed:
+class UdpFeed(Begun):
     """Listens for datagrams of one or more lines, from anybody who sends to the port."""
 
     def __init__(self, host: str, port: int, own: str | None = None):
-        self.title = f"NMEA 0183 on {host}:{port} (UDP)"
-        self.counts = Counts()
-        self.connected = False
-        self.trouble: str | None = None
-        self._address = (host, port)
-        self._own = own
+        super().__init__(f"NMEA 0183 on {host}:{port} (UDP)")
+        self._address, self._own = (host, port), own
 
     async def reports(self) -> AsyncIterator[Report]:
         """The reports as they come. InputError if the port cannot be listened on."""
@@ -120,7 +112,7 @@ class _Listener(asyncio.DatagramProtocol):
             self._counts.refuse(Refusal.OVERRUN, lost)
 
 
-class FileFeed:
+class FileFeed(Begun):
     """A file of NMEA (plain or .gz) played at the times of its tag blocks, or of its RMC.
 
     ``pace`` is how many seconds of the file pass in one; it may be changed while
@@ -128,10 +120,7 @@ class FileFeed:
     """
 
     def __init__(self, path: Path, own: str | None = None, pace: float = 1.0):
-        self.title = f"NMEA 0183 from {path.name}"
-        self.counts = Counts()
-        self.connected = False
-        self.trouble: str | None = None
+        super().__init__(f"NMEA 0183 from {path.name}")
         self.pace = pace
         self._path, self._own = path, own
 

@@ -131,6 +131,7 @@ class Picture:
             duration_s=self._lost_after_s,
             own_name=name,
             own_track=here.track(self._lost_after_s),
+            own_rudder=here.rudder_rad is not None,
             origin=self._plane.origin,
             start=now,
             notes=self._notes(here),

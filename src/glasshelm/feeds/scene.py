@@ -10,24 +10,27 @@ import numpy as np
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.tracks import Row, single_track
 from glasshelm.encounters.types import TargetInfo, Track
-from glasshelm.feeds.vessel import Fix, Motion, Vessel
+from glasshelm.feeds.vessel import Fix, Motion, Value, Vessel
 from glasshelm.ships import ShipParams, ShipState
 
 #: Below this speed [m/s] the course over ground is noise, and the heading is used.
 DRIFTING_M_S = 0.5
-#: A rate of turn said so long ago [s] is no longer hers.
-RATE_HOLDS_S = 10.0
+#: A rate of turn or a rudder said so long ago [s] is no longer hers.
+SENSOR_HOLDS_S = 10.0
 
 
 @dataclasses.dataclass(frozen=True)
 class Here:
-    """Own ship dead-reckoned to now, in the plane; ``age_s`` is that of her position."""
+    """Own ship dead-reckoned to now, in the plane; ``age_s`` is that of her position.
+
+    ``rudder_rad`` is None where no sensor tells it.
+    """
 
     east_m: float
     north_m: float
     course_rad: float
     rate_of_turn_rad_s: float
-    rudder_rad: float
+    rudder_rad: float | None
     speed_m_s: float
     age_s: float
 
@@ -38,7 +41,7 @@ class Here:
             self.north_m,
             self.course_rad,
             self.rate_of_turn_rad_s,
-            self.rudder_rad,
+            self.rudder_rad or 0.0,
             self.speed_m_s,
         )
         return ShipState(*(jnp.asarray(x, jnp.float32) for x in fields))
@@ -65,19 +68,22 @@ def here_of(own: Vessel, fix: Fix, motion: Motion, plane: Plane, now_s: float) -
         np.array([x]) for x in (fix.latitude_deg, fix.longitude_deg, course)
     )
     in_plane = float(plane.course(latitude, longitude, true)[0])
-    rate = own.rate_of_turn
-    held = rate is not None and now_s - rate.time_s <= RATE_HOLDS_S
     age = max(now_s - fix.time_s, 0.0)
     run = motion.speed_m_s * age
     return Here(
         east + run * math.sin(in_plane),
         north + run * math.cos(in_plane),
         in_plane,
-        rate.value if held and rate is not None else 0.0,
-        0.0 if own.rudder is None else own.rudder.value,
+        _held(own.rate_of_turn, now_s) or 0.0,
+        _held(own.rudder, now_s),
         motion.speed_m_s,
         age,
     )
+
+
+def _held(said: Value | None, now_s: float) -> float | None:
+    """What a sensor said, while it is still so."""
+    return said.value if said and now_s - said.time_s <= SENSOR_HOLDS_S else None
 
 
 def tracks_of(

@@ -9,7 +9,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketExce
 
 from glasshelm.feeds.again import Backoff
 from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.feeds.types import Counts, Refusal, Report
+from glasshelm.feeds.types import Begun, Refusal, Report
 
 #: A server that is silent for so long [s] is taken for gone, and connected to again.
 SILENT_S = 120.0
@@ -39,14 +39,11 @@ class SignalK:
         )
 
 
-class SignalKFeed:
+class SignalKFeed(Begun):
     """A client of a Signal K server: everything it has of vessels, each delta as it came to it."""
 
     def __init__(self, server: SignalK, own: str | None = None):
-        self.title = f"Signal K at {server.address}"
-        self.counts = Counts()
-        self.connected = False
-        self.trouble: str | None = None
+        super().__init__(f"Signal K at {server.address}")
         self._server, self._own = server, own
 
     async def reports(self) -> AsyncIterator[Report]:

@@ -89,6 +89,16 @@ class Counts:
         return "; ".join([f"{self.heard} heard, {self.understood} understood", *parts])
 
 
+class Begun:
+    """A feed of a title that has heard nothing yet: what all feeds have before they run."""
+
+    def __init__(self, title: str):
+        self.title = title
+        self.counts = Counts()
+        self.connected = False
+        self.trouble: str | None = None
+
+
 @runtime_checkable
 class Feed(Protocol):
     """A source of reports.

@@ -41,8 +41,8 @@ class WriteBack:
     """Writes to one server.
 
     ``tell`` never waits and never fails: what is told last is written when ``run``,
-    a task of its own, can write. When ``run`` is cancelled, everything written is
-    withdrawn: no advice stays behind that nobody gives any more.
+    a task of its own, can write. After ``fall_silent``, and when ``run`` is cancelled,
+    everything written is withdrawn: no advice stays behind that nobody gives any more.
     """
 
     def __init__(self, server: SignalK):
@@ -52,14 +52,21 @@ class WriteBack:
         #: How many frames were told, and how many of them were written.
         self.told, self.written = 0, 0
         self._server = server
-        self._latest: tuple[Frame, tuple[Alarm, ...]] | None = None
+        self._latest: dict[tuple[str, str], Any] | None = None
         self._news = asyncio.Event()
         self._standing: dict[tuple[str, str], Any] = {}
 
     def tell(self, frame: Frame, alarms: Sequence[Alarm]) -> None:
         """Have a frame and the alarms of its instant written; replaces what is not written yet."""
         self.told += 1
-        self._latest = frame, tuple(alarms)
+        self._say(said_of(frame, alarms))
+
+    def fall_silent(self) -> None:
+        """Have everything withdrawn: there is no picture of now to tell of."""
+        self._say({})
+
+    def _say(self, said: dict[tuple[str, str], Any]) -> None:
+        self._latest = said
         self._news.set()
 
     async def run(self) -> None:
@@ -95,9 +102,9 @@ class WriteBack:
                 news.cancel()
                 if self._latest is None:
                     continue
-                (frame, alarms), self._latest = self._latest, None
+                said, self._latest = self._latest, None
                 self._news.clear()
-                await self._write(socket, said_of(frame, alarms))
+                await self._write(socket, said)
                 self.written += 1
                 backoff.succeeded()
             listening.result()

@@ -16,7 +16,8 @@ from glasshelm.frames import Frame
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import RELEASE_RAD, TURN_RAD, Episode
 from glasshelm.report.reasons import doubts, why
-from glasshelm.report.words import approach, course, degrees, lasting, miles, side, where
+from glasshelm.report.rules import Kinds
+from glasshelm.report.words import approach, course, degrees, helm, lasting, miles, side, where
 
 #: So many frames are looked back upon.
 FRAMES = 60
@@ -36,10 +37,12 @@ def now(
     frames: Sequence[Frame],
     ahead: Float[np.ndarray, "steps 3"] | None = None,
     step_s: float = 5.0,
+    kinds: Kinds | None = None,
 ) -> Now | None:
     """The sentence of the last of these frames; None where nothing is decided.
 
-    Its CPAs are of the last frame, as those beside it on a page are.
+    Its reasons and CPAs are of the last frame, as the numbers beside it on a page are: the shares
+    add up to the rudder shown. ``kinds`` are those of the meetings that the page shows.
 
     ``ahead`` is own ship's predicted track (east, north [m], heading [rad]) at
     every step, from the last frame on.
@@ -49,7 +52,7 @@ def now(
         return None
     voyage = series([_short(f) for f in frames[-FRAMES:]])
     coming = "" if ahead is None else _coming(frame, ahead, step_s)
-    return Now(_what(voyage, frame), _why(voyage, frame), coming)
+    return Now(_what(voyage, frame), _why(voyage, frame, kinds), coming)
 
 
 def _short(frame: Frame) -> Frame:
@@ -61,38 +64,37 @@ def _what(voyage: Series, frame: Frame) -> str:
     decision = frame.decision
     assert decision is not None
     rudder = decision.rudder_rad
-    helm = f"rudder {degrees(rudder)} to {side(rudder)}"
-    if abs(rudder) < RELEASE_RAD:
-        helm = "rudder amidships"
+    order = helm(rudder)
     if not decision.applied:
-        return f"Advice: {helm}; heading {course(frame.own.heading_rad)}"
-    begin = _run(voyage).start
+        return f"Advice: {order}; heading {course(frame.own.heading_rad)}"
+    begin = _begun(voyage)
     turned = float(voyage.heading_rad[-1] - voyage.heading_rad[begin])
     if abs(rudder) < RELEASE_RAD or abs(turned) < TURN_RAD:
-        return f"{helm.capitalize()}, heading {course(frame.own.heading_rad)}"
+        return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}"
     long = lasting(float(voyage.time_s[-1] - voyage.time_s[begin]))
     done = f"{degrees(turned)} to {side(turned)} in {long}"
-    return f"{helm.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
+    return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
 
 
-def _why(voyage: Series, frame: Frame) -> str:
-    run = _run(voyage)
-    if run.turn_rad == 0:
+def _why(voyage: Series, frame: Frame, kinds: Kinds | None) -> str:
+    last, rudder = len(voyage.rudder_rad) - 1, float(voyage.rudder_rad[-1])
+    if abs(rudder) < RELEASE_RAD:
         return _nearest(frame)
-    reasons = why(voyage, run, told_at=run.end).lstrip(":; ")
+    present = Episode(last, last, rudder)
+    reasons = why(voyage, present).lstrip(":; ")
     text = f"{reasons[:1].upper()}{reasons[1:]}"
-    more = doubts(voyage, run, told_at=run.end).rstrip(".")
+    more = doubts(voyage, present, kinds=kinds).rstrip(".")
     return f"{text}. {more}" if more else text
 
 
-def _run(voyage: Series) -> Episode:
-    """The last frames in which the rudder was meant for the same side as now."""
+def _begun(voyage: Series) -> int:
+    """The first of the frames since which the rudder is meant for the same side as now."""
     rudder = np.nan_to_num(voyage.rudder_rad)
     last = len(rudder) - 1
     way = 0.0 if abs(rudder[last]) < RELEASE_RAD else math.copysign(1.0, rudder[last])
     same = np.abs(rudder) < RELEASE_RAD if way == 0 else rudder * way >= RELEASE_RAD
     others = np.flatnonzero(~same)
-    return Episode(int(others[-1]) + 1 if others.size else 0, last, way * abs(rudder[last]))
+    return int(others[-1]) + 1 if others.size else 0
 
 
 def _nearest(frame: Frame) -> str:

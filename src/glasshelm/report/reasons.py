@@ -12,7 +12,7 @@ import numpy as np
 from glasshelm.figures.series import Series, ShipSeries
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import Episode
-from glasshelm.report.rules import rule_against
+from glasshelm.report.rules import Kinds, rule_against
 from glasshelm.report.words import NOTHING, approach, degrees, listed, miles, side, where
 
 #: A share of the rudder below this makes no difference (0.1°).
@@ -61,10 +61,13 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     return f": {', '.join(said)}"
 
 
-def doubts(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
+def doubts(
+    voyage: Series, episode: Episode, told_at: int | None = None, kinds: Kinds | None = None
+) -> str:
     """Where attention (Eq. 23), the critic (Eq. 22) or the Rules say otherwise; else empty.
 
     Attention is mentioned where it lies with the ship that moves the rudder most, too.
+    ``kinds`` are those of :func:`glasshelm.report.rules.rule_against`.
     """
     k = episode.start if told_at is None else told_at
     at = _acting(voyage, episode)
@@ -72,7 +75,7 @@ def doubts(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     moving = _moving(voyage, at, way)
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
     if moving:
-        said.append(rule_against(voyage, moving[0], k, way))
+        said.append(rule_against(voyage, moving[0], k, way, kinds))
     return " ".join(f"{text}." for text in said if text)
 
 

@@ -1,26 +1,34 @@
 """What the COLREGs would have had own ship do for one target, where she did otherwise.
 
 The pilot was never taught them. The kind of a meeting is that of the examination
-(:mod:`glasshelm.evaluation.colregs`), judged in the frame that is spoken of.
+(:mod:`glasshelm.evaluation.colregs`): that of the meeting where it is known (it is taken at the
+first risk, and no later alteration changes it), else judged in the frame that is spoken of.
 """
 
 import math
+from collections.abc import Mapping
 
 import jax.numpy as jnp
 
 from glasshelm.evaluation.colregs import RISK_DCPA_M, RISK_TCPA_S, SIGHT_M, Kind, kind_of
 from glasshelm.figures.series import Series, ShipSeries
 
+#: The kind of each meeting that is known, by the ship's id.
+Kinds = Mapping[str, Kind]
 
-def rule_against(voyage: Series, ship: ShipSeries, k: int, way: float) -> str:
+
+def rule_against(
+    voyage: Series, ship: ShipSeries, k: int, way: float, kinds: Kinds | None = None
+) -> str:
     """What a Rule asks for instead of rudder to this side (1 starboard, −1 port); else empty.
 
     Only while there is risk of collision and the ships are in sight of one another.
+    With ``kinds`` a ship that is not among them is in no meeting.
     """
     risk = ship.dcpa_m[k] < RISK_DCPA_M and 0 < ship.tcpa_s[k] < RISK_TCPA_S
     if not (risk and ship.range_m[k] < SIGHT_M):
         return ""
-    kind = _kind(voyage, ship, k)
+    kind = _kind(voyage, ship, k) if kinds is None else kinds.get(ship.id, Kind.NONE)
     if kind is Kind.HEAD_ON and way < 0:
         return f"Rule 14 asks for starboard: {ship.name} is head-on"
     if kind is Kind.CROSSING_GIVE_WAY and way < 0:

@@ -9,6 +9,9 @@ from glasshelm.ships import NAUTICAL_MILE_M
 
 #: Below this a value makes no difference.
 NOTHING = 0.0005
+#: A rudder below this [°] is called amidships: nobody at a wheel steers half a degree.
+#: The page has the same (``web/src/domain/units.ts``).
+AMIDSHIPS_DEG = 0.5
 
 
 def miles(metres: float) -> str:
@@ -29,6 +32,18 @@ def degrees(radians: float) -> str:
     """The size of an angle: ``4°``, with a decimal below two degrees."""
     size = abs(math.degrees(radians))
     return f"{size:.1f}°" if size < 2 else f"{size:.0f}°"
+
+
+def helm(rudder_rad: float) -> str:
+    """A rudder in words, to the tenth of a degree that a page shows beside it.
+
+    ``rudder 3.4° to starboard``; small ones ``rudder amidships (0.2° to starboard)``.
+    """
+    size = f"{abs(math.degrees(rudder_rad)):.1f}"
+    if float(size) == 0:
+        return "rudder amidships"
+    angle = f"{size}° to {side(rudder_rad)}"
+    return f"rudder amidships ({angle})" if float(size) < AMIDSHIPS_DEG else f"rudder {angle}"
 
 
 def course(radians: float) -> str:

@@ -5,7 +5,6 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.bridge.process import free_port
 
 import glasshelm
 
@@ -33,25 +33,38 @@ class Server:
     port: int
     logs: Path
     more: tuple[str, ...] = ()
+    token: str = ""
     process: "subprocess.Popen[bytes] | None" = None
 
     @property
     def url(self) -> str:
-        return f"http://127.0.0.1:{self.port}/"
+        """What is opened in the browser, with the token if one is needed."""
+        return f"http://127.0.0.1:{self.port}/{self._query}"
+
+    @property
+    def line(self) -> str:
+        """Where its WebSocket is."""
+        return f"ws://127.0.0.1:{self.port}/ws{self._query}"
+
+    @property
+    def _query(self) -> str:
+        return f"?token={self.token}" if self.token else ""
 
     def start(self) -> None:
         command = [sys.executable, "-m", "glasshelm", "bridge", self.source, *self.more]
         options = ["--port", str(self.port), "--no-open", "--log", str(self.logs)]
+        options += ["--token", self.token] if self.token else []
         said = (self.logs / "server.txt").open("ab")
         path = [str(Path(glasshelm.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
         env = {**os.environ, "PYTHONPATH": os.pathsep.join(path), "JAX_PLATFORMS": "cpu"}
         self.process = subprocess.Popen(command + options, stdout=said, stderr=said, env=env)
+        health = f"http://127.0.0.1:{self.port}/api/health"
         until = time.monotonic() + PATIENCE_S
         while time.monotonic() < until:
             if self.process.poll() is not None:
                 break
             try:
-                with urllib.request.urlopen(self.url + "api/health", timeout=2) as answer:
+                with urllib.request.urlopen(health, timeout=2) as answer:
                     if answer.status == 200:
                         return
             except OSError:
@@ -68,7 +81,7 @@ class Server:
         """Say this to the server as another viewer, and wait until it has been done."""
         from websockets.sync.client import connect
 
-        with connect(self.url.replace("http", "ws") + "ws", max_size=None) as line:
+        with connect(self.line, max_size=None, ping_interval=None) as line:
             for message in messages:
                 line.send(json.dumps(message))
             line.send(json.dumps({"type": "ping"}))
@@ -86,7 +99,7 @@ class Server:
         from websockets.sync.client import connect
 
         got: dict[str, Any] = {}
-        with connect(self.url.replace("http", "ws") + "ws", max_size=None) as line:
+        with connect(self.line, max_size=None, ping_interval=None) as line:
             while not {"session", "frame", "alarms"} <= set(got):
                 message = json.loads(line.recv(timeout=PATIENCE_S))
                 got[message["type"]] = message
@@ -106,7 +119,7 @@ def words(page: Any, part: str) -> str:
     return " ".join(page.locator(part).first.evaluate(_WORDS).split())
 
 
-def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 30.0) -> None:
+def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 60.0) -> None:
     """Until the words of a part hold the pattern; fails with what they are instead."""
     until = time.monotonic() + seconds
     said = ""
@@ -117,12 +130,6 @@ def wait_for_words(page: Any, part: str, pattern: str, seconds: float = 30.0) ->
                 return
         page.wait_for_timeout(100)
     raise AssertionError(f"{part}: waited for {pattern!r}, it says {said!r}")
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @pytest.fixture(scope="module")
@@ -150,8 +157,8 @@ def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Se
     """Begin a server of a source; all are ended with the module."""
     begun: list[Server] = []
 
-    def begin(source: str, *more: str) -> Server:
-        server = Server(source, free_port(), tmp_path_factory.mktemp("logs"), more)
+    def begin(source: str, *more: str, token: str = "") -> Server:
+        server = Server(source, free_port(), tmp_path_factory.mktemp("logs"), more, token)
         server.start()
         begun.append(server)
         return server
@@ -173,7 +180,7 @@ def look(chromium: Any) -> Iterator[Callable[..., Any]]:
         )
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(30_000)
+        page.set_default_timeout(60_000)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
         if settings:

@@ -2,16 +2,15 @@
 
 import io
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import matplotlib.image
 import numpy as np
 import pytest
+from tests.bridge.page.axe import faults, needs_axe
 from tests.bridge.page.conftest import Server
 
 Visit = Callable[..., Any]
-AXE = Path(__file__).parents[3] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
 
 @pytest.fixture(scope="module")
@@ -37,17 +36,17 @@ def test_night_is_dark_and_day_is_light(server: Server, look: Visit) -> None:
     assert (night > 0.1).mean() > 0.002, "but it can be read"
 
 
-@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: scripts/page check")
+@needs_axe
 @pytest.mark.parametrize("palette", ["day", "dusk", "night"])
 @pytest.mark.parametrize("level", [1, 3])
 def test_axe_finds_no_serious_fault(server: Server, look: Visit, palette: str, level: int) -> None:
     page = look(server, palette=palette, level=level)
-    assert _faults(page) == []
+    assert faults(page) == []
     page.keyboard.press("?")
-    assert _faults(page) == []
+    assert faults(page) == []
 
 
-@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: scripts/page check")
+@needs_axe
 def test_axe_would_find_one(server: Server, look: Visit) -> None:
     page = look(server)
     page.evaluate("""() => {
@@ -55,16 +54,4 @@ def test_axe_would_find_one(server: Server, look: Visit) -> None:
         picture.src = './icon.svg';
         document.body.append(picture);
     }""")
-    assert any("image-alt" in fault for fault in _faults(page))
-
-
-def _faults(page: Any) -> list[str]:
-    """What axe-core calls serious or critical, a line each."""
-    page.add_script_tag(path=str(AXE))
-    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
-    return [
-        f"{v['id']}: {node['target']} {node['failureSummary']}"
-        for v in found["violations"]
-        if v["impact"] in ("serious", "critical")
-        for node in v["nodes"]
-    ]
+    assert any("image-alt" in fault for fault in faults(page))

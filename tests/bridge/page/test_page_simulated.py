@@ -241,6 +241,47 @@ def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: 
         assert known.evaluate("e => getComputedStyle(e).animationName") == "none"
 
 
+def test_the_sound_of_an_alarm_can_be_switched_off_and_ends_with_it(
+    server: Server, look: Visit
+) -> None:
+    page = look(server)
+    count = """() => {
+        const begin = OscillatorNode.prototype.start;
+        window.tones = 0;
+        OscillatorNode.prototype.start = function (...at) {
+            window.tones += 1;
+            return begin.apply(this, at);
+        };
+    }"""
+    page.evaluate(count)
+
+    def tones() -> int:
+        """Begun within a little more than the time from one beep to the next."""
+        page.evaluate("window.tones = 0")
+        page.wait_for_timeout(1700)
+        return page.evaluate("window.tones")
+
+    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
+    assert tones() == 0, "no browser lets a page sound that nobody has touched"
+    page.keyboard.press("?")
+    assert tones() >= 2
+    sound = page.get_by_role("checkbox", name="Sound while an alarm")
+    sound.uncheck()
+    assert tones() == 0
+    page.reload()
+    page.evaluate(count)
+    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
+    page.keyboard.press("?")
+    assert not sound.is_checked(), "the choice is kept"
+    sound.check()
+    assert tones() >= 2
+    page.get_by_role("button", name="Close").click()
+    while page.locator("gh-alarm-strip li.unacknowledged").count():
+        page.keyboard.press("a")
+        page.wait_for_timeout(200)
+    assert tones() == 0
+
+
 def test_alarm_limits_are_set_in_miles_and_minutes(server: Server, look: Visit) -> None:
     page = look(server)
     page.keyboard.press("?")

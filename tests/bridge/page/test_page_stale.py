@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from pyais.encode import encode_dict
-from tests.bridge.page.conftest import Server, free_port, wait_for_words, words
+from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.process import free_port
 
 Visit = Callable[..., Any]
 

@@ -23,10 +23,13 @@ export function rudder(rad: number, digits = 1): string {
   return Number(size) === 0 ? `${size}°` : `${deg > 0 ? "S" : "P"} ${size}°`;
 }
 
-/** The same in words, for the advice: `Starboard 2.5°`, `Midships`. */
+/** A rudder below this [°] is called midships; the sentence has the same (`report/words.py`). */
+const MIDSHIPS_DEG = 0.5;
+
+/** The same in words, for the advice: `Starboard 2.5°`, `Midships` and `S 0.2°`. */
 export function rudderWords(rad: number): { side: string; angle: string } {
   const size = Math.abs(degrees(rad)).toFixed(1);
-  if (Number(size) === 0) return { side: "Midships", angle: "0.0°" };
+  if (Number(size) < MIDSHIPS_DEG) return { side: "Midships", angle: rudder(rad) };
   return { side: rad > 0 ? "Starboard" : "Port", angle: `${size}°` };
 }
 

@@ -66,6 +66,10 @@ export class AlarmStrip extends LitElement {
           border-color: var(--gh-panel);
         }
       }
+      li.all {
+        border: 0;
+        padding: 0;
+      }
       button {
         min-height: 28px;
       }
@@ -102,9 +106,11 @@ export class AlarmStrip extends LitElement {
         ${alarms.slice(0, MOST).map((alarm) => this.one(alarm))}
         ${more > 0 ? html`<li class="acknowledged">and ${more} more</li>` : nothing}
         ${open.length > 1
-          ? html`<button @click=${() => open.forEach((a) => this.acknowledge(a))}>
-              Acknowledge all ${open.length}
-            </button>`
+          ? html`<li class="all">
+              <button @click=${() => open.forEach((a) => this.acknowledge(a))}>
+                Acknowledge all ${open.length}
+              </button>
+            </li>`
           : nothing}
       </ul>
       <span class="advisory">Advisory, not type-approved</span>

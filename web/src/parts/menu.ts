@@ -161,12 +161,13 @@ export class Menu extends LitElement {
   }
 
   private openIt(): void {
-    const ship = store.catalogue?.pilots.find((p) => p.name === this.pilot)?.ship;
+    const name = this.pilot || store.session?.pilot;
+    const pilot = store.catalogue?.pilots.find((p) => p.name === name);
     store.send({
       type: "open",
       source: this.source.trim(),
-      ...(this.pilot ? { pilot: this.pilot } : {}),
-      ...(this.pilot && ship ? { ship } : {}),
+      ...(pilot ? { pilot: pilot.name } : {}),
+      ...(pilot?.ship ? { ship: pilot.ship } : {}),
     });
     this.dialog.close();
   }

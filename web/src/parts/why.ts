@@ -99,7 +99,9 @@ export class Why extends LitElement {
         border-top: 2px solid;
       }
       i.dashed {
-        border-top-style: dashed;
+        height: 2px;
+        border: 0;
+        background: repeating-linear-gradient(90deg, currentColor 0 3px, transparent 3px 4.5px);
       }
       p {
         margin: 0;
@@ -135,7 +137,7 @@ export class Why extends LitElement {
     const shown = cards.filter((card) => card !== null);
     if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
     const many = shown.length > 2;
-    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 144 : 204}px">
+    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 134 : 204}px">
       ${shown.map((card) => this.card(card, look))}
     </div>`;
   }

@@ -34,6 +34,7 @@ export function draw(c: Context, scene: Scene): void {
   names(c, scene);
 }
 
+const VECTOR_BOX_PX = 8;
 const FONT = '"Noto Sans", "DejaVu Sans", sans-serif';
 
 const ownMotion = (frame: Frame): Motion => ({
@@ -64,16 +65,24 @@ function rings(c: Context, scene: Scene): void {
       y: at.y - r * Math.cos(angle),
     });
     symbol.line(c, edge(radius), edge(radius + long), inks.ring, 1);
-    if (deg % 30 === 0) {
-      const p = edge(radius + 20);
-      symbol.text(c, String(deg).padStart(3, "0"), p.x, p.y, inks.ringText, null, "center");
-    }
   }
+  for (const { words, p } of bearings(scene))
+    symbol.text(c, words, p.x, p.y, inks.ringText, null, "center");
   for (const k of [2, 4]) {
     const words = `${Number(((choices.range_nm * k) / RINGS).toFixed(3))}`;
     const p = { x: at.x + ((radius * k) / RINGS) * 0.7071, y: at.y + ((radius * k) / RINGS) * 0.7071 };
     symbol.text(c, words, p.x, p.y, inks.ringText, inks.sea, "center");
   }
+}
+
+/** The true bearings written around the outermost ring, and where. */
+function bearings({ view, frame, radius }: Scene): { words: string; p: Point }[] {
+  const at = view.toScreen(frame.own);
+  return Array.from({ length: 12 }, (_, k) => {
+    const angle = view.angle(radians(30 * k));
+    const p = { x: at.x + (radius + 20) * Math.sin(angle), y: at.y - (radius + 20) * Math.cos(angle) };
+    return { words: String(30 * k).padStart(3, "0"), p };
+  });
 }
 
 /** The line to the waypoint, and the waypoint where it is within sight. */
@@ -224,7 +233,7 @@ function ghostWords(c: Context, scene: Scene, row: Ranked, picture: Box, taken: 
   const at = scene.view.toScreen(cpa.target);
   if (!inside(scene, at)) return;
   c.font = `600 12px ${FONT}`;
-  const words = `CPA ${miles(cpa.dcpa_m)} NM in ${clock(cpa.tcpa_s)}`;
+  const words = `CPA ${miles(target.dcpa_m)} NM in ${clock(target.tcpa_s)}`;
   const box = placed(at, { w: c.measureText(words).width, h: 16 }, 16, picture, taken);
   if (!box) return;
   const ink = alarm ? scene.inks.alarm : scene.inks.ink;
@@ -240,7 +249,7 @@ function targets(c: Context, scene: Scene): void {
 }
 
 function oneTarget(c: Context, scene: Scene, row: Ranked): void {
-  const { view, inks, choices } = scene;
+  const { view, inks } = scene;
   const { target, alarm } = row;
   const at = view.toScreen(target);
   if (!inside(scene, at, 60)) return;
@@ -252,13 +261,7 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
   const moving = target.speed_m_s > 0.25 && !target.lost;
   const awake = noted || alarm || target.fed !== false;
   if (moving && awake) {
-    const end = vectorEnd(
-      target, target.course_rad, target.speed_m_s, choices.vector_min,
-      choices.vectors === "relative"
-        ? { course_rad: scene.frame.own.heading_rad, speed_m_s: scene.frame.own.speed_m_s }
-        : null,
-    );
-    symbol.line(c, at, view.toScreen(end), ink, alarm ? 2.4 : noted ? 1.7 : 1, [6, 4]);
+    symbol.line(c, at, view.toScreen(vector(scene, target)), ink, alarm ? 2.4 : noted ? 1.7 : 1, [6, 4]);
   }
   if (!flashing || scene.bright)
     symbol.triangle(c, at, angle, size, ink, alarm ? 3 : noted ? 2 : 1.2, noted ? inks.sea : undefined);
@@ -266,6 +269,13 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
   if (target.lost) symbol.crossed(c, at, size + 3, ink);
   if (target.id === scene.selected) symbol.corners(c, at, 16, inks.ink, 2.2);
   else if (target.id === scene.hovered) symbol.corners(c, at, 16, inks.soft, 1.4);
+}
+
+/** Where a ship's vector ends. */
+function vector({ choices, frame }: Scene, target: Target): Place {
+  const { heading_rad, speed_m_s } = frame.own;
+  const relative = choices.vectors === "relative" ? { course_rad: heading_rad, speed_m_s } : null;
+  return vectorEnd(target, target.course_rad, target.speed_m_s, choices.vector_min, relative);
 }
 
 /** True-scale outline, once it is larger than the symbol. */
@@ -300,16 +310,30 @@ function own(c: Context, scene: Scene): void {
 /** Numbers of the ships of note, names where there is room. */
 function names(c: Context, scene: Scene): void {
   const picture: Box = { x: 2, y: 2, w: scene.width - 4, h: scene.height - 4 };
-  const taken: Box[] = [around(scene.view.toScreen(scene.frame.own), 14)];
+  const taken: Box[] = [
+    around(scene.view.toScreen(scene.frame.own), 14),
+    ...bearings(scene).map(({ p }) => around(p, 10)),
+  ];
   const told = [...scene.rows]
     .filter((row) => scene.place(row.target.id) !== null || row.target.id === scene.hovered)
     .sort((a, b) => b.note - a.note);
   for (const row of told) {
     const at = scene.view.toScreen(row.target);
-    if (inside(scene, at)) taken.push(around(at, 11));
+    if (inside(scene, at)) taken.push(around(at, 11), ...alongVector(scene, row.target));
   }
   for (const row of told) name(c, scene, row, picture, taken);
   for (const row of scene.rows) ghostWords(c, scene, row, picture, taken);
+}
+
+/** A ship's vector as small boxes, so that no words hide it. */
+function alongVector(scene: Scene, target: Target): Box[] {
+  if (target.lost) return [];
+  const [a, b] = [target, vector(scene, target)].map((p) => scene.view.toScreen(p)) as [Point, Point];
+  const count = Math.min(Math.floor(Math.hypot(b.x - a.x, b.y - a.y) / VECTOR_BOX_PX), 40);
+  return Array.from({ length: count }, (_, k) => {
+    const share = (k + 1) / count;
+    return around({ x: a.x + share * (b.x - a.x), y: a.y + share * (b.y - a.y) }, VECTOR_BOX_PX / 2);
+  });
 }
 
 function name(c: Context, scene: Scene, row: Ranked, picture: Box, taken: Box[]): void {
