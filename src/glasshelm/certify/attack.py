@@ -29,7 +29,7 @@ def random_rudders(
     return jax.vmap(partial(rudder_at, actor, scene, errors))(drawn)
 
 
-def attacked_rudders(  # noqa: PLR0913
+def attacked_rudders(
     actor: Actor,
     scene: Scene,
     errors: SensorErrors,

@@ -42,7 +42,7 @@ class Form(eqx.Module):
         return jnp.abs(self.slope).sum(-1) + self.slack
 
 
-def _target(e, n, h, own_speed, course, speed):  # noqa: PLR0913
+def _target(e, n, h, own_speed, course, speed):
     """Eq. 11 without clip and with a sign on DCPA, then sine and cosine of the bearing."""
     sine, cosine = jnp.sin(h), jnp.cos(h)
     dx, dy = e * cosine - n * sine, e * sine + n * cosine
@@ -69,7 +69,7 @@ def _target(e, n, h, own_speed, course, speed):  # noqa: PLR0913
     )
 
 
-def _at_horizon(e, n, h, own_speed, course, speed, time):  # noqa: PLR0913
+def _at_horizon(e, n, h, own_speed, course, speed, time):
     """The columns cpa_dx, cpa_dy, dcpa of Eq. 11 where TCPA is clipped to ``time``."""
     east = e + time * (speed * jnp.sin(course) - own_speed * jnp.sin(h))
     north = n + time * (speed * jnp.cos(course) - own_speed * jnp.cos(h))
@@ -334,7 +334,7 @@ def _difference(frames: Form) -> Form:
     )
 
 
-def _steps(m, box, seen, own, each, frames, inside, sided) -> Form:  # noqa: PLR0913
+def _steps(m, box, seen, own, each, frames, inside, sided) -> Form:
     """The differences of frames as forms: the narrowest of three enclosures of each."""
     path = _path(m)
     flat = _TARGET_ALONG(*_boxed_path(m, path, box), *map(exactly, path.T))
@@ -377,7 +377,7 @@ def _narrowest(a: Form, b: Form) -> Form:
     )
 
 
-def _seen_through(  # noqa: PLR0913
+def _seen_through(
     lens: Lens,
     frames: Form,
     steps: Form,
@@ -393,9 +393,7 @@ def _seen_through(  # noqa: PLR0913
     turned = _narrowest(steps, _difference(frames))
     # Differences of bearings are taken the short way round.
     short = jnp.mod(turned.centre[:, _BEARING] + 1.0, 2.0) - 1.0
-    turned = eqx.tree_at(
-        lambda f: f.centre, turned, turned.centre.at[:, _BEARING].set(short)
-    )
+    turned = eqx.tree_at(lambda f: f.centre, turned, turned.centre.at[:, _BEARING].set(short))
     turned = _round_the_compass(turned)
     lost = rounding[:-1] + rounding[1:]
     parts = [

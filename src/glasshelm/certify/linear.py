@@ -102,9 +102,7 @@ def rudder_bounds(
         slopes = jnp.where(present[:, None, None], slopes, 0.0)
         shifts = jnp.where(present[:, None], shifts, 0.0)
         own = slope[:, :OWN] + slopes[..., :OWN].sum(0)
-        return Bound(
-            shift + start + shifts.sum(0), own, jnp.swapaxes(slopes[..., OWN:], 0, 1)
-        )
+        return Bound(shift + start + shifts.sum(0), own, jnp.swapaxes(slopes[..., OWN:], 0, 1))
 
     width = actor.head.weights[0].shape[0]
     rows = _both_ways(width)

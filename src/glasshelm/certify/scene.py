@@ -77,9 +77,7 @@ def plots(
 
 def no_scene(slots: int) -> Scene:
     """The history before the first frame."""
-    return Scene(
-        jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool)
-    )
+    return Scene(jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool))
 
 
 def recall(
@@ -106,9 +104,7 @@ def observed(scene: Scene) -> Observation:
     """What the pilot sees of a scene, by the code that she sails with (Eq. 10-12)."""
     seen = jax.vmap(lambda plot: _seen(plot[None])[0])(scene.waypoint)
     targets = jax.vmap(lambda row: _seen(row)[1])(scene.targets)
-    return Observation(
-        seen, jnp.where(scene.present[:, None, None], targets, 0.0), scene.present
-    )
+    return Observation(seen, jnp.where(scene.present[:, None, None], targets, 0.0), scene.present)
 
 
 def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k 10"]]:
