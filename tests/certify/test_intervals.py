@@ -30,7 +30,7 @@ def test_extension_holds_every_value(f):
     )
     for _ in range(50):
         at = low + drawn.uniform(size=(2, 200)).astype(np.float32) * (high - low)
-        for box, value in zip(found, f(*map(jnp.asarray, at)), strict=True):
+        for box, value in zip(found, jax.vmap(f)(*jnp.asarray(at)), strict=True):
             room = 1e-5 * (1 + np.abs(value))
             assert np.all(box.low <= value + room)
             assert np.all(box.high >= value - room)

@@ -53,9 +53,9 @@ class Scene(eqx.Module):
     moment, the target's course [rad] and speed [m/s].
     """
 
-    waypoint: Float[Array, "frames 6"]
-    targets: Float[Array, "n frames 6"]
-    present: Bool[Array, " n"]
+    waypoint: Float[Array, "*b frames 6"]
+    targets: Float[Array, "*b n frames 6"]
+    present: Bool[Array, "*b n"]
 
 
 def plots(
