@@ -53,7 +53,8 @@ def actor():
 
 @pytest.fixture(scope="module")
 def bounds(actor):
-    return jax.jit(jax.vmap(lambda s, e: action_bounds(actor, s, e), (0, None)))
+    quick = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
+    return jax.jit(jax.vmap(lambda s, e: action_bounds(actor, s, e), (0, None)), compiler_options=quick)
 
 
 @pytest.fixture(scope="module")

@@ -151,7 +151,7 @@ def _along_path(j: Interval, step: Float[Array, "... i"]) -> Interval:
     return around(found.middle.sum(-1), found.radius.sum(-1) * (1 + 1e-6))
 
 
-def _boxed(plots: Float[Array, "*b 6"], box: Float[Array, "6"]) -> list[Interval]:
+def _boxed(plots: Float[Array, "*b m"], box: Float[Array, "m"]) -> list[Interval]:
     return [around(plots[..., i], box[i]) for i in range(plots.shape[-1])]
 
 
