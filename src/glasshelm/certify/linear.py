@@ -75,10 +75,19 @@ def _hidden_lines(mlp: Mlp, form: Form) -> list[Lines]:
     for layers in range(1, len(mlp.weights)):
         rows = _both_ways(mlp.biases[layers - 1].shape[0])
         slope, shift = _on_form(*_through(mlp, layers, lines, rows), form)
-        nobody = jnp.zeros((rows.shape[0], 0, 4))
-        own = jnp.abs(slope).sum(-1, keepdims=True) * (jnp.arange(OWN) == 0)
-        lines.append(leaky_lines(*_ends(Bound(shift, own, nobody).least)))
+        bound = Bound(shift, slope[:, :OWN], slope[:, None, OWN:])
+        lines.append(leaky_lines(*_ends(bound.least)))
     return lines
+
+
+def _on_bound(rows: Array, shift: Array, ends: Bound) -> Bound:
+    """The lower bound of rows on a vector whose own bounds, then its negative's, are known."""
+    weights = jnp.concatenate([jnp.maximum(rows, 0.0), jnp.maximum(-rows, 0.0)], -1)
+    return Bound(
+        shift + weights @ ends.shift,
+        weights @ ends.own,
+        jnp.tensordot(weights, ends.each, 1),
+    )
 
 
 def rudder_bounds(
@@ -105,18 +114,20 @@ def rudder_bounds(
         return Bound(shift + start + shifts.sum(0), own, jnp.swapaxes(slopes[..., OWN:], 0, 1))
 
     width = actor.head.weights[0].shape[0]
-    rows = _both_ways(width)
-    pooled = softsign_lines(*_ends(at_sum(rows, jnp.zeros(2 * width)).least))
+    pooled_ends = at_sum(_both_ways(width), jnp.zeros(2 * width))
+    pooled = softsign_lines(*_ends(pooled_ends.least))
     lines: list[Lines] = []
 
-    def at_head(layers: int, rows: Array) -> Bound:
+    def behind_sum(layers: int, rows: Array) -> tuple[Array, Array]:
+        """Rows on the head's outputs as rows on the sum."""
         rows, shift = _through(actor.head, layers, lines, rows)
         rows, more = _behind(rows, pooled)
-        return at_sum(rows, shift + more)
+        return rows, shift + more
 
     for layers in range(1, len(actor.head.weights)):
+        # Its lines need not be the closest: from bounds of the sum, not through every encoder.
         rows = _both_ways(actor.head.biases[layers - 1].shape[0])
-        lines.append(leaky_lines(*_ends(at_head(layers, rows).least)))
-    both = at_head(len(actor.head.weights), _both_ways(1))
+        lines.append(leaky_lines(*_ends(_on_bound(*behind_sum(layers, rows), pooled_ends).least)))
+    both = at_sum(*behind_sum(len(actor.head.weights), _both_ways(1)))
     low, high = (jax.tree.map(lambda x, i=i: x[i : i + 1], both) for i in (0, 1))
     return low, high
