@@ -6,7 +6,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.certify.band import in_units
 from glasshelm.certify.scene import EACH, OWN, Scene, SensorErrors, observed, shifted
 from glasshelm.networks.actors import Actor
 
@@ -15,7 +14,8 @@ def rudder_at(
     actor: Actor, scene: Scene, errors: SensorErrors, fractions: Float[Array, " k"]
 ) -> Float[Array, ""]:
     """The rudder with these errors, as a fraction of the limit."""
-    return actor(observed(shifted(scene, *in_units(errors, fractions))))
+    own, each = fractions[:OWN], fractions[OWN:].reshape(-1, EACH)
+    return actor(observed(shifted(scene, own * errors.own(), each * errors.each())))
 
 
 def random_rudders(

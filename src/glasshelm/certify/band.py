@@ -69,9 +69,7 @@ class _Cell:
         return [dataclasses.replace(self, centre=c, radius=self.radius - half) for c in centres]
 
 
-def certified_band(
-    pilot: LearnedPilot, scene: Scene, errors: SensorErrors, cells: int = 1
-) -> Band:
+def certified_band(pilot: LearnedPilot, scene: Scene, errors: SensorErrors, cells: int = 1) -> Band:
     """Bounds on the rudder of a sum pilot for every scene within ``errors`` of this one.
 
     ``cells`` bounds are asked for at most; more make the band narrower. InputError if the

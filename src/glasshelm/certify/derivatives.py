@@ -38,9 +38,9 @@ PARTS = 1
 _NEAR_M, _NEAR_HOUR_S = 0.1, 1.0
 _DCPA = 2  # of the four numbers of a meeting
 _ANGLES = np.array([False, False, True, False, True, False])
+_PLACE = [LENGTH_M, LENGTH_M, float(ANGLE_RAD)]
 _UNITS = np.array(
-    [LENGTH_M, LENGTH_M, float(ANGLE_RAD), SPEED_M_S, SPEED_M_S, DISTANCE_M]
-    + [LENGTH_M, LENGTH_M, DISTANCE_M, TIME_S]
+    [*_PLACE, SPEED_M_S, SPEED_M_S, DISTANCE_M, LENGTH_M, LENGTH_M, DISTANCE_M, TIME_S]
 )
 
 
@@ -262,9 +262,7 @@ def target_derivatives(
     time = np.where(tcpa.low + tcpa.high < 0, -CPA_HORIZON_S, CPA_HORIZON_S)
     time = np.where(np.isnan(time), CPA_HORIZON_S, time)
     distance, whither = _later(at, place, numbers, time)
-    held = [
-        [_sum(a, b, time) for a, b in zip(seen[i], moving[i], strict=True)] for i in (0, 1)
-    ]
+    held = [[_sum(a, b, time) for a, b in zip(seen[i], moving[i], strict=True)] for i in (0, 1)]
     held.append(
         [whither.sine(), whither.cosine(), *(_scaled(x, time) for x in _sway(numbers, whither))]
     )
@@ -377,7 +375,10 @@ def _gathered(
     def mean(x: Interval) -> Interval:
         parts = (side[(*every, slice(FRAMES, None))] for side in (x.low, x.high))
         return Interval(
-            *(y.reshape(*y.shape[:axis], -1, PARTS, *y.shape[axis + 1 :]).mean(axis + 1) for y in parts)
+            *(
+                y.reshape(*y.shape[:axis], -1, PARTS, *y.shape[axis + 1 :]).mean(axis + 1)
+                for y in parts
+            )
         )
 
     way = at.way[..., None, :]

@@ -53,7 +53,8 @@ class Interval:
         return Interval(-self.high, -self.low)
 
     def __sub__(self, other: "Interval | Numbers | float") -> "Interval":
-        return self + -exactly(other)
+        other = exactly(other)
+        return _out(self.low - other.high, self.high - other.low)
 
     def __mul__(self, other: "Interval | Numbers | float") -> "Interval":
         other = exactly(other)
@@ -110,6 +111,7 @@ class Interval:
         return Interval(np.clip(self.low, low, high), np.clip(self.high, low, high))
 
     def absolute(self) -> "Interval":
+        """Of the number without its sign."""
         low = np.maximum(np.maximum(self.low, -self.high), 0.0)
         return Interval(low, self.size)
 
@@ -121,10 +123,10 @@ def _out(low: Numbers, high: Numbers) -> Interval:
 
 
 def exactly(x: Interval | Numbers | float) -> Interval:
-    """One number."""
+    """One number, as an interval."""
     if isinstance(x, Interval):
         return x
-    x = np.asarray(x, np.float64)
+    x = np.atleast_1d(np.asarray(x, np.float64))
     return Interval(x, x)
 
 

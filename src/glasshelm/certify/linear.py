@@ -85,16 +85,6 @@ def _hidden_lines(mlp: Mlp, form: Form) -> list[Lines]:
     return lines
 
 
-def _on_bound(rows: Array, shift: Array, ends: Bound) -> Bound:
-    """The lower bound of rows on a vector whose own bounds, then its negative's, are known."""
-    weights = jnp.concatenate([jnp.maximum(rows, 0.0), jnp.maximum(-rows, 0.0)], -1)
-    return Bound(
-        shift + weights @ ends.shift,
-        weights @ ends.own,
-        jnp.tensordot(weights, ends.each, 1),
-    )
-
-
 def rudder_bounds(
     actor: SumActor, waypoint: Form, targets: Form, present: Bool[Array, " n"]
 ) -> tuple[Bound, Bound]:
@@ -122,8 +112,8 @@ def rudder_bounds(
         return Bound(shift + start + shifts.sum(0), own, jnp.swapaxes(slopes[..., OWN:], 0, 1))
 
     width = actor.head.weights[0].shape[0]
-    pooled_ends = at_sum(encoders, _both_ways(width), jnp.zeros(2 * width))
-    pooled = softsign_lines(*_ends(pooled_ends.least))
+    traffic = at_sum(encoders, _both_ways(width), jnp.zeros(2 * width))
+    pooled = softsign_lines(*_ends(traffic.least))
     head: list[Lines] = []
 
     def behind_sum(head: list[Lines], layers: int, rows: Array) -> tuple[Array, Array]:
@@ -133,9 +123,8 @@ def rudder_bounds(
         return rows, shift + more
 
     for layers in range(1, len(actor.head.weights)):
-        # Its lines need not be the closest: from bounds of the sum, not through every encoder.
         rows, shift = behind_sum(head, layers, _both_ways(actor.head.biases[layers - 1].shape[0]))
-        head.append(leaky_lines(*_ends(_on_bound(rows, shift, pooled_ends).least)))
+        head.append(leaky_lines(*_ends(at_sum(encoders, rows, shift).least)))
 
     def bound(row: Array) -> Bound:
         def ask(lines: tuple) -> Bound:
