@@ -70,9 +70,21 @@ def target_inputs(
         found = target_derivatives(_shells(plots), _boxes(own, each))
     seen = _seen(plots)
     rounding = _ROUNDING * np.maximum(1.0, np.abs(seen))
-    east, north = _relative_velocity(plots)
-    rounding[..., _CPA_X:] *= 1.0 + 10.0 / np.maximum(np.hypot(east, north), 1e-3)[..., None]
+    rounding[..., _CPA_X:] += _lost_in_cpa(plots)
     return _inputs(lens, found, seen, rounding, own, each)
+
+
+def _lost_in_cpa(m: np.ndarray) -> np.ndarray:
+    """What the four numbers of the CPA may lose more: a rounded relative velocity turns.
+
+    By δ = δv/V, which moves the CPA by R·δ and, with the rounding of V, TCPA by 2R/V·δ.
+    """
+    range_m = np.hypot(m[..., 0], m[..., 1])
+    speed = np.maximum(np.hypot(*_relative_velocity(m)), 1e-3)
+    turned = _ROUNDING * (np.abs(m[..., 3]) + np.abs(m[..., 5])) / speed
+    moved = range_m * turned
+    columns = [moved / LENGTH_M, moved / LENGTH_M, moved / DISTANCE_M, 2 * moved / speed / TIME_S]
+    return np.stack(columns, -1)
 
 
 def _shells(plots: np.ndarray) -> np.ndarray:
