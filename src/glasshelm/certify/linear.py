@@ -145,7 +145,7 @@ def _turned(least: Callable[[tuple], Array], lines: tuple) -> tuple:
     do (Xu et al. 2021).
     """
 
-    def slopes(lines: tuple) -> list[Array]:
+    def slopes(lines: tuple) -> list:
         return [x.low_slope for x in jax.tree.leaves(lines, is_leaf=_is_lines)]
 
     bends = [x.high_shift > 0 for x in jax.tree.leaves(lines, is_leaf=_is_lines)]
