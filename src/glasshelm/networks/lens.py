@@ -17,10 +17,10 @@ from glasshelm.world.observe import FRAMES, TARGET_FEATURES, WAYPOINT_FEATURES
 
 Lens = Literal["flat", "fine"]
 
-_GAIN = 20.0  # magnification of differences
-_NEAR = 10.0  # lengths /20 km become lengths /2 km
+GAIN = 20.0  # magnification of differences
+NEAR = 10.0  # lengths /20 km become lengths /2 km
 _BEARING = 2  # column of the bearing, in both kinds of row
-_LENGTHS = tuple(
+LENGTHS = tuple(
     i for i, name in enumerate(TARGET_FEATURES) if name in
     ("dx", "dy", "distance", "cpa_dx", "cpa_dy", "dcpa")
 )  # fmt: skip
@@ -37,12 +37,12 @@ def through(lens: Lens, frames: Float[Array, "*b frames f"]) -> Float[Array, "*b
     angle = jnp.pi * now[..., _BEARING : _BEARING + 1]
     parts = [
         now,
-        _GAIN * _flat(steps),
+        GAIN * _flat(steps),
         jnp.sin(angle),
         jnp.cos(angle),
     ]
     if now.shape[-1] == len(TARGET_FEATURES):
-        parts.append(softsign(_NEAR * now[..., _LENGTHS]))
+        parts.append(softsign(NEAR * now[..., LENGTHS]))
     return jnp.concatenate(parts, axis=-1)
 
 
@@ -54,5 +54,5 @@ def _flat(frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
 def input_size(lens: Lens, row: Literal["waypoint", "target"]) -> int:
     """Length of :func:`through`'s vector."""
     features = len(WAYPOINT_FEATURES if row == "waypoint" else TARGET_FEATURES)
-    extra = 0 if lens == "flat" else 2 + (len(_LENGTHS) if row == "target" else 0)
+    extra = 0 if lens == "flat" else 2 + (len(LENGTHS) if row == "target" else 0)
     return FRAMES * features + extra

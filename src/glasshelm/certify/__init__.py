@@ -1,0 +1,1 @@
+"""What the rudder can be, at most and at least, while the sensors err within known bounds."""
