@@ -18,7 +18,7 @@ from glasshelm.certify.features import Form, target_inputs, waypoint_inputs
 from glasshelm.certify.linear import Bound, rudder_bounds
 from glasshelm.certify.scene import EACH, OWN, Scene, SensorErrors
 from glasshelm.errors import InputError
-from glasshelm.networks.actors import Actor, SumActor
+from glasshelm.networks.actors import SumActor
 from glasshelm.networks.mlp import softsign
 from glasshelm.pilots.learned import LearnedPilot
 
@@ -90,7 +90,7 @@ def certifiable(pilot: LearnedPilot) -> SumActor:
 
 
 def action_bounds(
-    actor: Actor, scenes: Scene, errors: SensorErrors, cells: int = 1
+    actor: SumActor, scenes: Scene, errors: SensorErrors, cells: int = 1
 ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " s"]]:
     """The least and the greatest rudder of each of many scenes, as fractions of the limit."""
     count, slots = scenes.present.shape
@@ -199,7 +199,7 @@ def _through_network(
     low, negated = (softsign(bound.least[0]) for bound in bounds)
     low = jnp.clip(jnp.where(jnp.isnan(low), -1.0, low) - ROUNDING, -1.0, 1.0)
     high = jnp.clip(ROUNDING - jnp.where(jnp.isnan(negated), -1.0, negated), -1.0, 1.0)
-    return low, high, *(_axis(bound) for bound in bounds)
+    return low, high, _axis(bounds[0]), _axis(bounds[1])
 
 
 def _axis(bound: Bound) -> Array:

@@ -68,7 +68,7 @@ class Interval:
         return self * other
 
     def __truediv__(self, other: "Interval | float") -> "Interval":
-        return self * (1.0 / other if isinstance(other, float) else other.reciprocal())
+        return self * (1.0 / other if isinstance(other, (int, float)) else other.reciprocal())
 
     def square(self) -> "Interval":
         """Never negative."""
@@ -167,7 +167,7 @@ class Jet:
     rate: Interval
 
     def __add__(self, other: "Jet | float") -> "Jet":
-        if isinstance(other, float):
+        if isinstance(other, (int, float)):
             return Jet(self.value + other, self.rate)
         return Jet(self.value + other.value, self.rate + other.rate)
 
@@ -184,7 +184,7 @@ class Jet:
         return Jet(self.value * other, self.rate * other)
 
     def __truediv__(self, other: "Jet | float") -> "Jet":
-        return self * (1.0 / other if isinstance(other, float) else other.reciprocal())
+        return self * (1.0 / other if isinstance(other, (int, float)) else other.reciprocal())
 
     def reciprocal(self) -> "Jet":
         inverse = self.value.reciprocal()

@@ -162,7 +162,7 @@ def _turned(least: Callable[[tuple], Array], lines: tuple) -> tuple:
         return (eqx.tree_at(slopes, lines, turned), best, jnp.where(better, found, most)), None
 
     start = (lines, lines, jnp.array(-jnp.inf))
-    return jax.lax.scan(turn, start, TURNS)[0][1]
+    return jax.lax.scan(turn, start, jnp.asarray(TURNS))[0][1]
 
 
 def _is_lines(x: object) -> bool:
