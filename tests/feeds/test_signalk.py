@@ -79,6 +79,34 @@ def test_a_message_too_long_is_counted_and_the_feed_goes_on():
     assert counts.waiting == 0
 
 
+@pytest.mark.parametrize("kind", ["signalk", "tcp"])
+def test_a_message_that_comes_with_the_cancellation_does_not_take_it_back(kind):
+    """A server that never pauses: the bridge must still end when it is told to."""
+
+    class Line:
+        def __init__(self):
+            self.says = asyncio.get_running_loop().create_future()
+
+        async def recv(self, decode):
+            return await self.says
+
+        async def read(self, most):
+            return await self.says
+
+    async def cancelled() -> bool:
+        line = Line()
+        feed = feed_from(f"{kind}://127.0.0.1:1")
+        hear = feed._message if kind == "signalk" else feed._piece
+        hearing = asyncio.create_task(hear(line))
+        await asyncio.sleep(0.01)
+        line.says.set_result(b"{}")
+        hearing.cancel()
+        await asyncio.wait([hearing])
+        return hearing.cancelled()
+
+    assert asyncio.run(cancelled())
+
+
 def test_somebody_else_at_the_port_is_told_in_one_line():
     async def watch():
         async def talk(_, writer):

@@ -36,8 +36,8 @@ class TcpFeed(Begun):
         backoff = Backoff()
         while True:
             try:
-                opening = asyncio.open_connection(*self._address)
-                stream, writer = await asyncio.wait_for(opening, CONNECT_S)
+                async with asyncio.timeout(CONNECT_S):
+                    stream, writer = await asyncio.open_connection(*self._address)
             except OSError as error:  # asyncio's TimeoutError is one
                 self.trouble = f"{self.title}: {_reason(error)}"
                 await backoff.wait()
@@ -61,7 +61,9 @@ class TcpFeed(Begun):
     async def _piece(self, stream: asyncio.StreamReader) -> bytes:
         """What comes next; nothing when the connection is over."""
         try:
-            piece = await asyncio.wait_for(stream.read(_PIECE), SILENT_S)
+            # Not wait_for: before Python 3.12 that may lose a cancellation to a fast server.
+            async with asyncio.timeout(SILENT_S):
+                piece = await stream.read(_PIECE)
         except OSError as error:
             self.trouble = f"{self.title}: {_reason(error)}"
             return b""

@@ -73,7 +73,9 @@ class SignalKFeed(Begun):
     async def _message(self, socket: ClientConnection) -> str | bytes | None:
         """What comes next; None when the connection is over."""
         try:
-            return await asyncio.wait_for(socket.recv(decode=False), SILENT_S)
+            # Not wait_for: before Python 3.12 that may lose a cancellation to a fast server.
+            async with asyncio.timeout(SILENT_S):
+                return await socket.recv(decode=False)
         except ConnectionClosed as error:
             if error.sent is not None and error.sent.code == _TOO_BIG:
                 self.counts.heard += 1
