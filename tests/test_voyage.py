@@ -250,11 +250,14 @@ def test_interrupted_run_keeps_its_frames(tmp_path):
     # She sails circles and never arrives: however late the signal, there is a voyage to interrupt.
     (tmp_path / "circles.py").write_text("def steer(seen):\n    return 1.0\n")
     args = [sys.executable, "-m", "glasshelm", "run", "random:1:6", "--pilot", "circles:steer"]
+    # As in a terminal: the background jobs of a shell are deaf to Ctrl-C, and so are theirs.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     run = subprocess.Popen(
         [*args, "--steps", "10000000", "--out", str(out)],
         stderr=subprocess.PIPE,
         env={**os.environ, "JAX_PLATFORMS": "cpu", "PYTHONPATH": str(tmp_path)},
     )
+    signal.signal(signal.SIGINT, before)
     while not (out.exists() and out.stat().st_size > 10_000) and run.poll() is None:
         time.sleep(0.05)
     run.send_signal(signal.SIGINT)
