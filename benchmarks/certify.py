@@ -12,6 +12,7 @@ of the dead zone of 0.25°, as possible if everything that the search found does
 import argparse
 import os
 import time
+from functools import partial
 
 os.environ["JAX_PLATFORMS"] = "cpu"
 
@@ -28,7 +29,7 @@ from glasshelm.networks.actors import Actor
 from glasshelm.pilots.catalogue import load
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.ships import KNOT_M_S, ShipParams
-from glasshelm.world.step import begin, step, targets_at, waypoint_of
+from glasshelm.world.step import WorldSettings, begin, step, targets_at, waypoint_of
 
 #: Largest errors: positions [m], heading and courses [deg], speeds [kn].
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))
@@ -50,7 +51,7 @@ def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> Scene:
         return state, look(encounter, state, no_scene(encounter.present.shape[-1]), True)
 
     def look(encounter, state, scene, new):
-        motion = targets_at(encounter, state.step * 5.0)
+        motion = targets_at(encounter, state.step * WorldSettings().step_s)
         waypoint = waypoint_of(encounter, state.leg)
         return recall(scene, state.own, waypoint, motion, motion.present, new)
 
@@ -84,14 +85,14 @@ def errors_of(position_m: float, angle_deg: float, speed_kn: float) -> SensorErr
     return SensorErrors(*(jnp.asarray(x, jnp.float32) for x in one + one))
 
 
-@jax.jit
-def found_in(actor, scenes, errors, keys, drawn):
+@partial(jax.jit, static_argnums=4)
+def found_in(actor, scenes, errors, keys, samples):
     """Lowest and highest rudder of each scene that random errors and attacks find."""
 
     def one(scene, key):
         keys = jax.random.split(key)
         rudders = [
-            random_rudders(actor, scene, errors, keys[0], drawn.shape[0]),
+            random_rudders(actor, scene, errors, keys[0], samples),
             attacked_rudders(actor, scene, errors, keys[1]),
         ]
         both = jnp.concatenate(rudders)
@@ -107,7 +108,7 @@ def measure(pilot: LearnedPilot, cells: int, scenes: Scene, level, samples: int)
     low, high = action_bounds(actor, scenes, errors, cells)
     took_ms = 1e3 * (time.process_time() - before) / count
     keys = jax.random.split(jax.random.key(1), count)
-    found = found_in(actor, scenes, errors, keys, jnp.zeros(samples))
+    found = found_in(actor, scenes, errors, keys, samples)
     least, most, tried = map(np.asarray, found)
     outside = int(((least < low) | (most > high)).sum())
     limit = float(pilot.trained.ship.rudder_limit_rad)

@@ -243,7 +243,7 @@ def target_derivatives(
     off = way - h
     side, front = off.cosine(), off.sine()
     cpa_dx, cpa_dy = miss * side, -(miss * front)
-    mirror = way.twice() - h
+    mirror = way * 2.0 - h
     swing = -place.along(mirror), -place.along(mirror + QUARTER)
     east, north = across.sine(), across.cosine()
     free = [

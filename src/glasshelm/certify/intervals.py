@@ -195,6 +195,3 @@ class Jet:
 
     def cosine(self) -> "Jet":
         return Jet(self.value.cosine(), -(self.value.sine() * self.rate))
-
-    def twice(self) -> "Jet":
-        return self * 2.0

@@ -15,10 +15,10 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from glasshelm.certify.features import Form
-from glasshelm.certify.lines import LEAK, Lines, leaky_lines, softsign_lines
+from glasshelm.certify.lines import Lines, leaky_lines, softsign_lines
 from glasshelm.certify.scene import OWN
 from glasshelm.networks.actors import SumActor
-from glasshelm.networks.mlp import Mlp
+from glasshelm.networks.mlp import LEAK, Mlp
 
 #: What float32 may lose in the sums of one network, of the values' size or of 1.
 ROUNDING = 2e-6

@@ -4,9 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.networks.mlp import softsign
-
-LEAK = 0.1  # of networks.mlp.leaky_relu
+from glasshelm.networks.mlp import LEAK, softsign
 
 
 class Lines(eqx.Module):

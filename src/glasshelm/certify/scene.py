@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.encounters.types import Motion
 from glasshelm.geometry import Vector
 from glasshelm.ships import ShipState
-from glasshelm.world.observe import FRAMES, Observation, see
+from glasshelm.world.observe import FRAMES, Observation, in_front, see
 
 #: Symbols of own ship's errors (east, north, heading, speed) and of one target's.
 OWN, EACH = 4, 4
@@ -91,11 +91,9 @@ def recall(
     """The history with a new frame in front: :func:`glasshelm.world.observe.remember` of plots."""
     ahead, targets = plots(own, waypoint, motion)
     new = jnp.logical_not(history.present) | first
-    shifted = jnp.concatenate([ahead[None], history.waypoint[:-1]])
-    shifted_targets = jnp.concatenate([targets[:, None], history.targets[:, :-1]], axis=1)
     return Scene(
-        jnp.where(first, ahead[None], shifted),
-        jnp.where(new[:, None, None], targets[:, None], shifted_targets),
+        in_front(ahead, history.waypoint, jnp.asarray(first)),
+        in_front(targets, history.targets, new),
         present,
     )
 

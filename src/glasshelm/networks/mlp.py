@@ -15,9 +15,13 @@ def relu(x: Float[Array, "..."]) -> Float[Array, "..."]:
     return jnp.maximum(x, 0.0)
 
 
+#: The leak of the paper's leaky ReLU (Appendix).
+LEAK = 0.1
+
+
 def leaky_relu(x: Float[Array, "..."]) -> Float[Array, "..."]:
-    """Leaky ReLU with the paper's leak of 0.1 (Appendix)."""
-    return jnp.maximum(x, 0.1 * x)
+    """Leaky ReLU with the paper's leak."""
+    return jnp.maximum(x, LEAK * x)
 
 
 def softsign(x: Float[Array, "..."]) -> Float[Array, "..."]:

@@ -108,12 +108,17 @@ def remember(history: Observation, sight: Sight, first: Bool[Array, ""] | bool) 
     moment ago, all five frames are the new one: a history of zeros never
     occurs at sea.
     """
-    shifted = jnp.concatenate([sight.waypoint[None], history.waypoint[:-1]])
-    waypoint = jnp.where(first, sight.waypoint[None], shifted)
     new = jnp.logical_not(history.present) | first
-    shifted = jnp.concatenate([sight.targets[:, None], history.targets[:, :-1]], axis=1)
-    targets = jnp.where(new[:, None, None], sight.targets[:, None], shifted)
-    return Observation(waypoint, targets, sight.present)
+    waypoint = in_front(sight.waypoint, history.waypoint, jnp.asarray(first))
+    return Observation(waypoint, in_front(sight.targets, history.targets, new), sight.present)
+
+
+def in_front(
+    row: Float[Array, "*b d"], frames: Float[Array, "*b frames d"], new: Bool[Array, "*b"]
+) -> Float[Array, "*b frames d"]:
+    """Frames with one more in front and the oldest gone; all of them this one where ``new``."""
+    shifted = jnp.concatenate([row[..., None, :], frames[..., :-1, :]], axis=-2)
+    return jnp.where(new[..., None, None], row[..., None, :], shifted)
 
 
 def waypoint_bearing_rad(sight_waypoint: Float[Array, "*b 3"]) -> Float[Array, "*b"]:
