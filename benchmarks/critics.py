@@ -2,10 +2,10 @@
 
     python benchmarks/critics.py [--pilots NAME ...] [--encounters 512]
 
-Prints a Markdown table: for each sub-task the critic's correlation with single
+Prints a Markdown table: for each head the critic's correlation with single
 returns (of the pilot who may lapse, where that is what the critic learned), the
 ceiling that chance leaves to any predictor (learning/attainable.py), slope,
-bias and spread.
+bias and spread, and what it says of a far ship, who costs nothing (mean over the rudders).
 """
 
 import argparse
@@ -13,17 +13,19 @@ import sys
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 
 from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.learning.attainable import foretold
+from glasshelm.explain.far import far_value
+from glasshelm.learning.attainable import HEADS, foretold
 from glasshelm.learning.checkpoint import read_header
 from glasshelm.learning.noise import NoiseSettings
 from glasshelm.learning.presets import config_from_dict
 from glasshelm.pilots.catalogue import SUFFIX, WEIGHTS, bundled
 from glasshelm.pilots.learned import read_pilot
-from glasshelm.world.rewards import SUB_TASKS
 
 SEED = 7_100_000  # never a training's or an evaluation set's
+RUDDERS = jnp.linspace(-1.0, 1.0, 21)
 FAITHFUL = NoiseSettings("bursts", burst_begin=0.0)
 
 
@@ -32,8 +34,8 @@ def main() -> None:
     parser.add_argument("--pilots", nargs="*", default=None)
     parser.add_argument("--encounters", type=int, default=512)
     arguments = parser.parse_args()
-    print("| pilot | sub-task | r | ceiling of r | slope | bias | spread of returns |")
-    print("|---|---|---|---|---|---|---|")
+    print("| pilot | head | r | ceiling of r | slope | bias | spread of returns | far ship |")
+    print("|---|---|---|---|---|---|---|---|")
     for name in arguments.pilots or bundled():
         path = Path(name) if name.endswith(SUFFIX) else WEIGHTS / f"{name}{SUFFIX}"
         pilot, learning = read_pilot(path, name), config_from_dict(read_header(path)["config"]).ddpg
@@ -44,11 +46,13 @@ def main() -> None:
         batch = jax.jit(jax.vmap(lambda k, s=ship: random_encounter(k, s, PAPER)))(keys)
         lapses = learning.noise if learning.follows == "lapses" else FAITHFUL
         found = foretold(pilot.actor, pilot.critic, batch, ship, learning.discount, lapses)
-        for task in SUB_TASKS:
+        zero = float(jax.vmap(lambda a, c=pilot.critic: far_value(c, a))(RUDDERS).mean())
+        for place, head in enumerate(HEADS):
             print(
-                f"| {name} | {task.name.lower()} | {found.correlation[task]:.2f} | "
-                f"{found.ceiling[task]:.2f} | {found.slope[task]:.2f} | "
-                f"{found.bias[task]:+.2f} | {found.spread[task]:.2f} |",
+                f"| {name} | {head} | {found.correlation[place]:.2f} | "
+                f"{found.ceiling[place]:.2f} | {found.slope[place]:.2f} | "
+                f"{found.bias[place]:+.2f} | {found.spread[place]:.2f} | "
+                f"{'–' if head == 'waypoint' else f'{zero:+.2f}'} |",
                 flush=True,
             )
 

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from glasshelm.encounters.random import WIDE
+from glasshelm.encounters.types import straight_track
 from glasshelm.learning.attainable import foretold
 from glasshelm.learning.evaluate import correlation
 from glasshelm.learning.noise import NoiseSettings
 from glasshelm.learning.worlds import draw_encounters
 from glasshelm.networks.critics import Values
 from glasshelm.ships import SHIPS
-from glasshelm.world.observe import waypoint_bearing_rad
+from glasshelm.world.observe import DISTANCE_M, waypoint_bearing_rad
 from glasshelm.world.rewards import course_reward
 
 SHIP = SHIPS["paper"]
@@ -69,6 +70,30 @@ def test_values_twice_as_large_have_half_the_slope(encounters):
     assert float(two.slope[0]) == pytest.approx(float(one.slope[0]) / 2, rel=1e-3)
     assert float(two.correlation[0]) == pytest.approx(float(one.correlation[0]), abs=1e-3)
     assert float(two.bias[0]) > 1.0
+
+
+class ShipsApart(eqx.Module):
+    """A ship within 2 km costs, but the cost is spread evenly over all ships."""
+
+    def __call__(self, seen, action, fleet=None):
+        cost = -1.0 * (seen.targets[:, :, 0, 5] * DISTANCE_M < 2000.0)
+        return Values(jnp.zeros_like(action), jnp.broadcast_to(cost.mean(-1)[:, None], cost.shape))
+
+
+def test_a_cost_put_on_the_wrong_ship_shows_ship_by_ship(encounters):
+    """One ship ahead whom own ship hits, one far off: the sum is told, the ships are not."""
+    ahead = jnp.linspace(600.0, 6000.0, 32)
+    two = jnp.stack([ahead, 20_000.0 + 0 * ahead], -1)
+    none = 0.0 * two
+    met = eqx.tree_at(
+        lambda e: (e.targets, e.present),
+        encounters,
+        (jax.vmap(straight_track)(none, two, none, none), jnp.ones((32, 2), bool)),
+    )
+    told = foretold(Amidships(), ShipsApart(), met, SHIP, DISCOUNT, NEVER, 4, 10, 120)
+    assert float(told.correlation[1]) > 0.3
+    assert float(told.correlation[2]) < 0.9 * float(told.correlation[1])
+    assert float(told.spread[2]) < float(told.spread[1])
 
 
 def test_correlation_is_pearsons():

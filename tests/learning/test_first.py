@@ -7,10 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from glasshelm.encounters.random import random_encounter
 from glasshelm.errors import InputError
 from glasshelm.learning.first import first_actor
 from glasshelm.learning.presets import preset_named
+from glasshelm.networks.actors import ActorSizes
 from glasshelm.pilots.catalogue import WEIGHTS
+from glasshelm.ships import SHIPS
+from glasshelm.world.step import begin
 
 SUM = dataclasses.replace(preset_named("fast"), actor="sum")
 
@@ -33,6 +37,38 @@ def test_a_new_one_follows_the_seed():
     first = [actor.head.weights[0] for actor in drawn]
     np.testing.assert_array_equal(first[0], first[1])
     assert float(jnp.abs(first[0] - first[2]).max()) > 0.01
+
+
+@pytest.mark.parametrize("kind", ["sum", "attention"])
+def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
+    """Same rudder; the copies get gradients of their own."""
+    narrow = dataclasses.replace(SUM, actor=kind, start=named(f"paper-{kind}"))
+    wide = dataclasses.replace(
+        narrow, actor_sizes=ActorSizes((192, 160, 100), (150, 128, 64), (64, 80), "fine")
+    )
+    ship = SHIPS["paper"]
+    encounters = jax.vmap(lambda k: random_encounter(k, ship, count=6))(
+        jax.random.split(jax.random.key(3), 8)
+    )
+    seen = jax.jit(jax.vmap(lambda e: begin(e, ship).observation))(encounters)
+    small, large = first_actor(narrow), first_actor(wide)
+    assert large.encode_target.weights[1].shape == (192, 160)
+    np.testing.assert_allclose(large(seen), small(seen), atol=2e-5)
+    weights, pulls = (
+        np.asarray(a.encode_target.weights[0])
+        for a in (large, jax.grad(lambda a: a(seen).sum())(large))
+    )
+    origin = np.abs(weights[:, :128] - weights[:, 128:129]).sum(0).argmin()
+    np.testing.assert_array_equal(weights[:, origin], weights[:, 128])
+    assert np.abs(pulls[:, origin] - pulls[:, 128]).max() > 1e-3 * np.abs(pulls).max()
+
+
+def test_a_narrower_one_is_refused():
+    given = dataclasses.replace(
+        SUM, start=named("paper-sum"), actor_sizes=ActorSizes((64, 64, 64), (8, 8, 8), (), "fine")
+    )
+    with pytest.raises(InputError, match=r"paper-sum\.safetensors: .* of 128 units"):
+        first_actor(given)
 
 
 def test_a_file_of_another_actor_is_named():

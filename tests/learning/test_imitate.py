@@ -72,6 +72,24 @@ def test_the_actor_sails_but_the_teacher_labels():
     np.testing.assert_allclose(together.rudder[-1][empty], straight[empty], atol=1e-6)
 
 
+def test_a_tolerant_teacher_follows_the_actor():
+    """Where anything will do, she wants what the actor does, within half of the limit."""
+    fleet_seen = jax.tree.map(lambda x: x[0], taught(jnp.ones(())).seen)
+    own = ACTOR(fleet_seen, FLEET)
+
+    @eqx.filter_jit
+    def first_labels(tolerance):
+        settings = dataclasses.replace(SETTINGS, tolerance=tolerance)
+        key = jax.random.key(1)
+        return teach(ACTOR, BATCH, jnp.ones(()), key, SHIP, FLEET, settings).rudder[0]
+
+    strict, tolerant = first_labels(0.0), first_labels(1e6)
+    np.testing.assert_allclose(strict, taught(jnp.ones(())).rudder[0])
+    apart = jnp.abs(strict - own) > 0.5
+    assert apart.any()
+    assert float(jnp.abs(tolerant - own)[apart].min()) <= 0.5
+
+
 def test_weights_say_what_is_at_stake():
     weight = taught(jnp.zeros(())).weight[0]
     assert float(weight.min()) >= 0.1

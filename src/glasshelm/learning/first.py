@@ -3,7 +3,8 @@
 The mean of the weights of several trainings that began with the same weights is
 often a better pilot than any of them ("model soup", Wortsman et al. 2022,
 arXiv:2203.05482): what they learned alike stays, what each learned by chance
-goes. Weights of trainings that began apart have no such mean.
+goes. Weights of trainings that began apart have no such mean. An actor smaller
+than the one to be trained is widened (:mod:`glasshelm.learning.widen`).
 """
 
 from pathlib import Path
@@ -15,18 +16,20 @@ import jax.numpy as jnp
 from glasshelm.errors import InputError
 from glasshelm.learning.presets import TrainConfig
 from glasshelm.learning.rebuild import read_networks
+from glasshelm.learning.widen import widen
 from glasshelm.networks.actors import Actor, make_actor
 
 
 def first_actor(config: TrainConfig) -> Actor:
     """The actor of ``config.start``: new if there is none, the mean if there are several files.
 
-    InputError if a file cannot be read or holds another kind or size of actor.
+    InputError if a file cannot be read, or holds an actor of another kind or one that has
+    wider layers than the one to be trained.
     """
+    key = jax.random.fold_in(jax.random.key(config.seed), 3)
     if config.start is None:
-        key = jax.random.fold_in(jax.random.key(config.seed), 3)
         return jax.jit(make_actor, static_argnums=(0, 1))(config.actor, config.actor_sizes, key)
-    actors = [_actor_of(path, config) for path in start_files(config.start)]
+    actors = [_actor_of(path, config, key) for path in start_files(config.start)]
     return jax.tree.map(lambda *leaves: jnp.mean(jnp.stack(leaves), axis=0), *actors)
 
 
@@ -35,15 +38,18 @@ def start_files(start: str) -> list[Path]:
     return [Path(name) for name in start.split(",")]
 
 
-def _actor_of(path: Path, config: TrainConfig) -> Actor:
+def _actor_of(path: Path, config: TrainConfig, key: jax.Array) -> Actor:
     actor = read_networks(path)[0].actor
-    wanted = jax.eval_shape(
-        lambda key: make_actor(config.actor, config.actor_sizes, key), jax.random.key(0)
-    )
-    if _shapes(actor) != _shapes(wanted):
-        raise InputError(f"{path}: its actor is not the one that is to be trained")
-    return actor
+    wanted = jax.eval_shape(lambda: make_actor(config.actor, config.actor_sizes, key))
+    if jax.tree.structure(actor) != jax.tree.structure(wanted):
+        raise InputError(f"{path}: its actor is not the one to be trained: another kind")
+    if _shapes(actor) == _shapes(wanted):
+        return actor
+    try:
+        return jax.jit(widen, static_argnums=1)(actor, config.actor_sizes, key)
+    except ValueError as error:
+        raise InputError(f"{path}: its actor is not the one to be trained: {error}") from None
 
 
-def _shapes(actor: Actor) -> tuple[Any, list[tuple[int, ...]]]:
-    return jax.tree.structure(actor), [leaf.shape for leaf in jax.tree.leaves(actor)]
+def _shapes(actor: Any) -> list[tuple[int, ...]]:
+    return [leaf.shape for leaf in jax.tree.leaves(actor)]

@@ -29,7 +29,7 @@ from glasshelm.learning.analytic import AnalyticSettings, draw_batch, sail
 from glasshelm.learning.losses import polyak
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.fleet import Packed
-from glasshelm.planning.course import CourseSettings, plan_course, rudder_to, stakes
+from glasshelm.planning.course import CourseSettings, agreeing, plan_course, rudder_to, stakes
 from glasshelm.ships import ShipParams
 from glasshelm.world.observe import Observation, nothing_seen
 from glasshelm.world.step import WorldState, begin, step
@@ -52,6 +52,8 @@ class ImitationSettings:
     share_from: int = 20
     #: A decision with stakes s weighs (s + 0.1·scale) / (s + scale).
     stakes_scale: float = 3.0
+    #: The teacher agrees with the actor's own choice while it costs at most this (in return).
+    tolerance: float = 0.0
     #: Errors of the rudder count by their square up to this, by their size beyond: between
     #: labels to both sides the actor then takes one, where the square would take the mean.
     even_until: float = 0.2
@@ -159,6 +161,11 @@ def teach(
         plan = jax.vmap(lambda s: plan_course(s, ship, settings.teacher))(state.observation)
         at_stake = jax.vmap(lambda p, s: stakes(p, s, ship))(plan, state.observation)
         weight = (at_stake + 0.1 * settings.stakes_scale) / (at_stake + settings.stakes_scale)
+        if settings.tolerance:
+            own = actor(state.observation, fleet)
+            plan = jax.vmap(lambda p, a, s: agreeing(p, a, s, ship, settings.tolerance))(
+                plan, own, state.observation
+            )
         steers = jax.random.bernoulli(key, share, (worlds,))
 
         def decide(state: WorldState, _: None):

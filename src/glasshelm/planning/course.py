@@ -27,6 +27,9 @@ from glasshelm.world.step import WorldSettings
 #: A beginning that is kept for so long counts as another choice (``stakes``).
 _LASTS_S = 200.0
 
+#: Rudders farther apart than this share of the limit are another choice (``stakes``).
+_ANOTHER = 0.5
+
 _SIDE = (10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0, 120.0)
 
 
@@ -265,6 +268,25 @@ def rudder_to(
     return helm_of(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
 
 
+def agreeing(
+    plan: Plan, rudder: Float[Array, ""], seen: Observation, ship: ShipParams, tolerance: float
+) -> Plan:
+    """The plan with the best course that begins much as ``rudder`` does, if it is nearly as good.
+
+    Nearly: at most ``tolerance`` (in return) worse than the best of all; much the same, as in
+    :func:`stakes`: within half of the limit, for 200 s or more. Else the plan as it is. For a
+    pupil between two ways out: whichever it has chosen is right, and never their mean.
+    """
+    rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
+    alike = jnp.abs(rudders - rudder) <= _ANOTHER
+    values = jnp.where(alike & _lasts(plan), plan.values, -jnp.inf)
+    near = jnp.argmax(values)
+    offset = jnp.where(
+        values[near] >= plan.values.max() - tolerance, plan.offsets_rad[near], plan.offset_rad
+    )
+    return dataclasses.replace(plan, offset_rad=offset)
+
+
 def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 
@@ -275,11 +297,15 @@ def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     """
     rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
     first = rudder_to(plan.offset_rad, seen, ship)
-    best, lasts = plan.values.max(), (plan.begins_s == 0.0) | (plan.begins_s >= _LASTS_S)
+    best, lasts = plan.values.max(), _lasts(plan)
 
     def lost(those: Bool[Array, " c"]) -> Float[Array, ""]:
         value = jnp.where(those & lasts, plan.values, -jnp.inf).max()
         return jnp.where(jnp.isfinite(value), best - value, 0.0)
 
     amidships = (jnp.abs(rudders) < 0.25) & (jnp.abs(first) > 0.5)
-    return jnp.maximum(lost(jnp.abs(rudders - first) > 0.5), lost(amidships))
+    return jnp.maximum(lost(jnp.abs(rudders - first) > _ANOTHER), lost(amidships))
+
+
+def _lasts(plan: Plan) -> Bool[Array, " c"]:
+    return (plan.begins_s == 0.0) | (plan.begins_s >= _LASTS_S)
