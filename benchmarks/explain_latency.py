@@ -3,7 +3,8 @@
     python benchmarks/explain_latency.py [--pilot NAME] [--calls 1000]
 
 Times ``pilot.decide(observation)`` as a user calls it: checks, padding, actor,
-values, priorities, attention, intention, sweep over 21 rudders, result ready.
+values, priorities, attention, intention, sweep over 21 rudders, Shapley values, result
+ready. Then the Shapley values alone, with all pairs' interactions (``ship_shares``).
 Without a pilot the networks have the paper's sizes (Tables A.1-A.5, attention
 actor) and random weights, which cost the same. Prints rows of a Markdown table.
 """
@@ -22,6 +23,7 @@ import jax
 import numpy as np
 
 from glasshelm.encounters.random import RandomEncounters, random_encounter
+from glasshelm.explain.shapley import Game, ship_shares
 from glasshelm.networks.actors import ActorSizes, AttentionActor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.catalogue import load
@@ -30,7 +32,12 @@ from glasshelm.world.observe import Observation
 from glasshelm.world.outside import Trained
 from glasshelm.world.step import begin
 
-HEAD = "| pilot | ships | p50 [ms] | p99 [ms] | calls | machine |\n|---|---|---|---|---|---|"
+HEAD = (
+    "| pilot | what | ships | p50 [ms] | p95 [ms] | p99 [ms] | calls |\n"
+    "|---|---|---|---|---|---|---|"
+)
+
+GAMES: dict[str, Game] = {"Shapley, rudder": "rudder", "Shapley, worth": "decision"}
 
 
 def paper_sized() -> LearnedPilot:
@@ -51,18 +58,26 @@ def observation(pilot: LearnedPilot, ships: int) -> Observation:
     return jax.device_get(state.observation)
 
 
-def measure(pilot: LearnedPilot, ships: int, calls: int) -> str:
-    """One row of the table."""
-    seen = observation(pilot, ships)
+def measure(what: str, pilot: LearnedPilot, ships: int, calls: int) -> str:
+    """One row of the table: ``what`` is ``decision``, or a game of Shapley values."""
+    seen, limit = observation(pilot, ships), pilot.trained.ship.rudder_limit_rad
+
+    def once() -> None:
+        if what == "decision":
+            found = pilot.decide(seen)
+        else:
+            found = ship_shares(GAMES[what], pilot.actor, pilot.critic, seen, limit)
+        jax.block_until_ready(found)
+
     for _ in range(20):
-        jax.block_until_ready(pilot.decide(seen))
+        once()
     took = np.empty(calls)
     for i in range(calls):
         before = time.perf_counter()
-        jax.block_until_ready(pilot.decide(seen))
+        once()
         took[i] = time.perf_counter() - before
-    p50, p99 = 1e3 * np.percentile(took, [50, 99])
-    return f"| {pilot.name} | {ships} | {p50:.2f} | {p99:.2f} | {calls} | {machine()}, 1 core |"
+    p50, p95, p99 = 1e3 * np.percentile(took, [50, 95, 99])
+    return f"| {pilot.name} | {what} | {ships} | {p50:.2f} | {p95:.2f} | {p99:.2f} | {calls} |"
 
 
 def machine() -> str:
@@ -81,6 +96,9 @@ if __name__ == "__main__":
     parser.add_argument("--calls", type=int, default=1000)
     args = parser.parse_args()
     steersman = load(args.pilot) if args.pilot else paper_sized()
-    print(HEAD)
+    print(f"{machine()}, one core\n\n{HEAD}")
     for count in (6, 20):
-        print(measure(steersman, count, args.calls))
+        print(measure("decision", steersman, count, args.calls))
+    for game in GAMES:
+        for count in (6, 10):
+            print(measure(game, steersman, count, args.calls))
