@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from glasshelm.evaluation.cells import markdown, percent
 from glasshelm.evaluation.exam import Examined, of_suite, stacked, suites_of
 from glasshelm.evaluation.grades import GRADES, of_kind
+from glasshelm.evaluation.overview import overview
 from glasshelm.evaluation.results import Sailed
 from glasshelm.evaluation.statistics import (
     Interval,
@@ -23,7 +25,7 @@ Seeds = Sequence[Sailed]
 
 def report(examined: Examined, against: Sequence[str]) -> str:
     """All tables of an examination; ``against`` names the pilots that others are compared with."""
-    parts = ["# Examination", _methods()]
+    parts = ["# Examination", _methods(), overview(examined)]
     for suite in suites_of(examined):
         entrants = of_suite(examined, suite.name)
         parts.append(f"## {suite.name}\n\n{suite.note}.")
@@ -75,16 +77,6 @@ def _weights(entrants: Sequence[Seeds]) -> str:
 def label(seeds: Seeds) -> str:
     entrant = seeds[0].entrant
     return f"{entrant.name} | {entrant.ship_name}"
-
-
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [" | ".join(header), " | ".join(["---"] * len(header)), *map(" | ".join, rows)]
-    return "\n".join(f"| {line} |" for line in lines)
-
-
-def percent(interval: Interval) -> str:
-    value, low, high = (100 * x for x in (interval.value, interval.low, interval.high))
-    return f"{value:.2f} % [{low:.2f}, {high:.2f}]"
 
 
 def _rate(column: str):
