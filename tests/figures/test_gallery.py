@@ -7,6 +7,7 @@ from tests.voyages import learned, plain, voyage
 from glasshelm.figures import coloured, trajectories
 from glasshelm.figures.gallery import PLATES, reason
 from glasshelm.figures.priorities import at_instants, over_time, signed
+from glasshelm.figures.reasons import reasons
 from glasshelm.figures.series import series
 from glasshelm.figures.style import as_svg, save
 
@@ -115,3 +116,20 @@ def test_the_same_frames_give_the_same_files(tmp_path):
     assert [p.suffix for p in one] == [".pdf", ".png"]
     assert [p.read_bytes() for p in one] == [p.read_bytes() for p in two]
     assert as_svg(trajectories.absolute(PLAIN)) == as_svg(trajectories.absolute(PLAIN))
+
+
+def test_the_parts_of_the_rudder_are_stacked_to_either_side():
+    """Starboard parts up, port parts down."""
+    axes = reasons(LEARNED).axes[2]
+    ends = [path.get_extents() for fill in axes.collections for path in fill.get_paths()]
+    up, down = max(box.y1 for box in ends), min(box.y0 for box in ends)
+    parts = np.degrees([LEARNED.alone_rad, *(s.shapley_rad for s in LEARNED.ships)])
+    assert up == pytest.approx(np.maximum(parts, 0).sum(0).max())
+    assert down == pytest.approx(np.minimum(parts, 0).sum(0).min())
+
+
+def test_a_ship_that_moves_the_rudder_to_port_is_not_coloured_as_one_to_starboard():
+    low, middle, high = (coloured.MOVES(x)[:3] for x in (0.0, 0.5, 1.0))
+    hues = [rgb_to_hsv(np.array(c))[0] for c in (low, high)]
+    assert abs(hues[0] - hues[1]) > 0.2
+    assert max(rgb_to_hsv(np.array(middle))[1:]) > 0.8

@@ -1,4 +1,4 @@
-"""Figures 9, 13 and 14: tracks coloured by what the critic or the attention makes of each ship."""
+"""Figures 9, 13 and 14, and their like: tracks coloured by what is made of each ship."""
 
 import dataclasses
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from glasshelm.figures.style import legend_below, looks, new_figure, one_hue, st
 
 DANGER = one_hue("danger", "#8f1d14")
 ATTENTION = one_hue("attention", "#0b3c78")
+MOVES = two_hues("moves", "#9c4a00", "#00594f")
 INTENTION = two_hues("intention", "#b35806", "#3f1d74")
 
 
@@ -92,6 +93,24 @@ def intention(frames: Frames, level: bool = False) -> Figure | None:
             lambda s: s.intention, "intention, increment of Q × attention [reward]", INTENTION,
             Normalize(-top, top),
         )  # fmt: skip
+    return _both(voyage, colouring)
+
+
+@styled
+def moves(frames: Frames) -> Figure | None:
+    """Tracks coloured by each ship's Shapley value of the rudder: how far she moves it, and where.
+
+    Green where she moves it to starboard, brown to port. None if the frames have no
+    Shapley values.
+    """
+    voyage = series(frames)
+    if not voyage.has("shapley_rad"):
+        return None
+    top = _top([np.degrees(np.abs(s.shapley_rad)) for s in voyage.ships])
+    colouring = Colouring(
+        lambda s: np.degrees(s.shapley_rad), "port ← rudder moved by this ship [°] → starboard",
+        MOVES, Normalize(-top, top),
+    )  # fmt: skip
     return _both(voyage, colouring)
 
 

@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterator
 
 from matplotlib.figure import Figure
 
-from glasshelm.figures.coloured import attention, danger, intention
+from glasshelm.figures.coloured import attention, danger, intention, moves
 from glasshelm.figures.histories import histories
 from glasshelm.figures.motion import motion
 from glasshelm.figures.priorities import at_instants, over_time
+from glasshelm.figures.reasons import reasons
 from glasshelm.figures.series import Frames, Series, series
 from glasshelm.figures.sweep import sweep
 from glasshelm.figures.trajectories import absolute, relative
@@ -16,6 +17,7 @@ from glasshelm.figures.trajectories import absolute, relative
 _NO_SHIP = "there is no other ship"
 _NO_CRITIC = "this pilot has no critic, so its decisions carry no values or priorities"
 _NO_ATTENTION = "this pilot has no attention: only attention actors weigh the ships"
+_NO_SHARES = "the frames do not say what each ship does to the rudder"
 _NO_SWEEP = "the frames carry no values of other rudders"
 
 
@@ -108,6 +110,22 @@ PLATES = (
         histories,
         _NO_CRITIC,
     ),
+    Plate(
+        "shapley",
+        "What moved the rudder",
+        "The rudder as a sum of what the waypoint and each ship do to it (Shapley values), and "
+        "by how much it would change without each ship.",
+        reasons,
+        _NO_SHARES,
+    ),
+    Plate(
+        "shapley_tracks",
+        "Who moved the rudder, and where",
+        "Tracks coloured by what each ship does to the rudder (Shapley value): green to "
+        "starboard, brown to port.",
+        moves,
+        _NO_SHARES,
+    ),
 )
 
 
@@ -124,6 +142,6 @@ def gallery(frames: Frames) -> Iterator[tuple[Plate, Figure | None]]:
 
 def reason(plate: Plate, voyage: Series) -> str:
     """Why a plate was not drawn, in one line."""
-    about_ships = plate.draw in (danger, attention, intention)
+    about_ships = plate.draw in (danger, attention, intention, reasons, moves)
     why = _NO_SHIP if about_ships and not voyage.ships else plate.missing
     return f"{plate.title}: not drawn, {why}."

@@ -60,6 +60,10 @@ class ShipSeries:
         """How much lower the critic values this ship than one far off: Q_far − Q_ca."""
         return self.q_far - self.q
 
+    @property
+    def left_out_deg(self) -> Row:
+        return np.degrees(self.left_out_rad)
+
     def has(self, field: str) -> bool:
         """Whether any frame gives this quantity for this ship."""
         return bool(np.isfinite(getattr(self, field)).any())
