@@ -64,9 +64,6 @@ export class App extends LitElement {
       .level-3 aside {
         overflow-y: auto;
       }
-      .level-3 gh-target-list {
-        flex: 1 0 158px;
-      }
       .stale gh-sentence,
       .stale gh-target-list,
       .stale gh-why {
@@ -78,6 +75,15 @@ export class App extends LitElement {
       gh-target-list {
         flex: 1 0 0;
         min-height: 150px;
+      }
+      /* The list has the room of six ships; the plots take what is left, and scroll below that. */
+      .level-2 gh-target-list,
+      .level-3 gh-target-list {
+        flex: none;
+        max-height: 304px;
+      }
+      gh-why {
+        flex: 1 0 auto;
       }
       .head {
         display: grid;

@@ -171,6 +171,13 @@ export const listStyle = css`
   .scroll {
     container-type: inline-size;
   }
+  .dense td,
+  .dense tbody th {
+    height: 36px;
+  }
+  .dense .ship {
+    height: 35px;
+  }
   @container (max-width: 720px) {
     .c-course {
       display: none;

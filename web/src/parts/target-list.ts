@@ -50,7 +50,7 @@ export class TargetList extends LitElement {
           : nothing}
       </header>
       <div class="scroll" tabindex="0" role="region" aria-label="List of ships">
-        <table>
+        <table class=${level > 1 ? "dense" : ""}>
           <caption class="hidden">Ships, the largest intention first</caption>
           <thead>
             <tr>

@@ -32,13 +32,13 @@ export class Why extends LitElement {
     shared,
     css`
       :host {
-        display: block;
-        flex: none;
+        display: grid;
         container-type: inline-size;
       }
       .cards {
         display: grid;
         grid-template-columns: 1fr 1fr;
+        grid-auto-rows: minmax(var(--plot), 1fr);
         gap: 1px;
         background: var(--gh-panel);
       }
@@ -53,7 +53,6 @@ export class Why extends LitElement {
         grid-template-rows: auto auto minmax(0, 1fr);
         background: var(--gh-panel);
         padding: 7px 4px 2px 8px;
-        height: var(--plot, 208px);
         min-width: 0;
       }
       header {
@@ -137,7 +136,7 @@ export class Why extends LitElement {
     const shown = cards.filter((card) => card !== null);
     if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
     const many = shown.length > 2;
-    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 134 : 204}px">
+    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 134 : 150}px">
       ${shown.map((card) => this.card(card, look))}
     </div>`;
   }
