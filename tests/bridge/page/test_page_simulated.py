@@ -66,6 +66,16 @@ def test_page_shows_what_the_frame_says_in_mariners_units(server: Server, look: 
     assert "Advisory, not type-approved" in words(page, "gh-alarm-strip")
 
 
+def test_four_ships_and_their_plots_fit_without_scrolling(server: Server, look: Visit) -> None:
+    page = look(server, level=2)
+    assert page.locator("gh-target-list tbody tr").count() == 4
+    for part in ("gh-target-list .scroll", "aside"):
+        hidden = page.locator(part).evaluate("e => e.scrollHeight - e.clientHeight")
+        assert hidden <= 1, part
+    plots = page.locator("gh-why gh-plot")
+    assert all(plot.bounding_box()["height"] > 80 for plot in plots.all())
+
+
 def test_list_has_the_largest_intention_first(server: Server, look: Visit) -> None:
     page, targets = look(server), server.shown()["frame"]["frame"]["targets"]
     sizes = {t["id"]: abs(t["intention"]) for t in targets}
@@ -219,6 +229,30 @@ def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
         .querySelector('gh-top-bar').shadowRoot.querySelector('.time').textContent.trim() < '04'
     """)
     assert 60 <= seconds(page) <= 180
+
+
+def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) -> None:
+    page = look(server, level=2)
+    lit = page.locator("gh-target-list tr.hovered")
+    legend = page.locator("gh-why article").first.locator("li[title]").first
+    legend.hover()
+    assert lit.get_attribute("data-id") in {legend.get_attribute("title").removeprefix("ship ")}
+    page.mouse.move(5, 5)
+    assert lit.count() == 0
+    at = (
+        page.locator("gh-why gh-plot")
+        .nth(1)
+        .evaluate("""e => {
+        const u = e.plot, k = Math.round(u.data[0].length * 0.7);
+        const ship = u.series.findIndex((_, j) => j > 1 && Math.abs(u.data[j][k]) > 0.3);
+        const box = u.over.getBoundingClientRect();
+        return [box.x + u.valToPos(u.data[0][k], "x"), box.y + u.valToPos(u.data[ship][k], "y")];
+    }""")
+    )
+    page.mouse.move(at[0] - 5, at[1])
+    page.mouse.move(*at)
+    lit.wait_for()
+    assert lit.count() == 1
 
 
 def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: Visit) -> None:
