@@ -29,7 +29,7 @@ def test_advice_is_called_advice_and_time_is_utc(server: Server, look: Visit) ->
 def test_what_lies_outside_the_training_is_flagged(server: Server, look: Visit) -> None:
     outside = server.shown()["frame"]["frame"]["outside"]
     page = look(server)
-    flag = page.locator("gh-outside")
+    flag = page.locator("gh-outside p")
     assert "Outside the pilot's training" in flag.inner_text()
     assert outside[0] in flag.inner_text()
     page.keyboard.press("3")
