@@ -186,9 +186,9 @@ def test_a_pilot_that_is_ready_needs_no_compiler_when_it_takes_over(tmp_path):
     assert made > 0
     session.hand_over(pilot)
     session.forward()
+    session.predicted()
     session.compare(pilot)
     session.forward()
-    session.predicted()
     assert len(pilot.traced) == made
     session.close()
 

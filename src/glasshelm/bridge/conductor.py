@@ -136,7 +136,8 @@ class Conductor:
                     await self._begin(lambda: opened(asked, self.catalogue, self.logs))
             case m.Pilot(name) | m.Compare(str(name)):
                 async with self._prepares(name):
-                    await self._change(asked, await self._ready(name))
+                    pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
+                    await self._change(asked, pilot)
             case _:
                 await self._first_is_there()
                 async with self._lock:
@@ -243,13 +244,13 @@ class Conductor:
             async with self._preparing:
                 pass
 
-    async def _ready(self, name: str) -> Pilot:
+    async def _ready(self, name: str, ahead: bool) -> Pilot:
         """A pilot with whom the session shown could go on at once."""
         session = self._there().session
 
         def ready() -> Pilot:
             pilot = self.catalogue.pilot(name)
-            session.ready(pilot)
+            session.ready(pilot, ahead)
             return pilot
 
         return await self._prepare(ready)

@@ -94,10 +94,11 @@ class Live(Session):
         now, heard = self._picture.now(), self._picture.heard
         return None if now is None or heard is None else (now - heard).total_seconds()
 
-    def ready(self, pilot: Pilot) -> None:
+    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
         watch = Watch(pilot)
         watch.look(_alone(self._params), 0.0)
-        watch.predicted()
+        if ahead:
+            watch.predicted()
 
     def forward(self) -> Frame | None:
         while self._waiting:

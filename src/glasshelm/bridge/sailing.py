@@ -95,10 +95,11 @@ class Sailing(Session):
     def step_s(self) -> float:
         return self._run.voyage.settings.step_s
 
-    def ready(self, pilot: Pilot) -> None:
+    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
         voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
         voyage.sail_on()
-        _predicted(voyage, voyage.place)
+        if ahead:
+            _predicted(voyage, voyage.place)
 
     def forward(self) -> Frame | None:
         if not self._run.reach(self.at + 1):

@@ -86,10 +86,11 @@ class Session(Protocol):
         """The age of the last thing heard [s]."""
         return None
 
-    def ready(self, pilot: Pilot) -> None:
+    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
         """Compile what this pilot needs here, so that frames go on when it takes over.
 
-        May run beside the worker: it only reads what no other method changes.
+        Without ``ahead``, all but its predicted track. May run beside the worker:
+        it only reads what no other method changes.
         """
 
     async def listen(self) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
 
 Visit = Callable[..., Any]
 
@@ -231,6 +231,6 @@ def test_an_encounter_is_opened_with_the_pilot_chosen(server: Server, look: Visi
     page.locator("#open-pilot").select_option("large-ship-waypoint")
     page.locator("#open").click()
     wait_for_words(page, "gh-top-bar", "Preparing imazu:1|pilot large-ship-waypoint")
-    wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot large-ship-waypoint")
+    wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot large-ship-waypoint", PATIENCE_S)
     shown = server.shown()["session"]
     assert (shown["pilot"], shown["ship"]) == ("large-ship-waypoint", "large_ship")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import PAGE_S, Server, wait_for_words, words
+from tests.bridge.page.conftest import PAGE_S, PATIENCE_S, Server, wait_for_words, words
 from tests.feeds.signalk_double import TOKEN, SignalKDouble
 
 Visit = Callable[..., Any]
@@ -53,7 +53,7 @@ def test_it_is_opened_from_the_menu_and_by_name_and_nothing_else_is(
     page = look(server)
     wait_for_words(page, "gh-top-bar .state", "^Live$")
     _open(page, lambda: page.locator("#scenario").select_option("imazu:1"))
-    wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot straight")  # as now
+    wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot straight", PATIENCE_S)  # as now
     until(lambda: boat.written.get(ORDER) is None)  # no advice of now stays behind
     _open(page, lambda: page.locator("#scenario").select_option(boat.address))
     wait_for_words(page, "gh-top-bar .state", "^Live$")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
 
 Visit = Callable[..., Any]
 
@@ -332,7 +332,7 @@ def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
     page.keyboard.press("?")
     page.locator("#compare").select_option("straight")
     page.get_by_role("button", name="Close").click()
-    wait_for_words(page, "gh-comparison", "straight")
+    wait_for_words(page, "gh-comparison", "straight", PATIENCE_S)
     rows = page.locator("gh-comparison tbody tr")
     assert rows.count() == 2
     assert "paper-attention" in rows.first.inner_text()
@@ -340,7 +340,7 @@ def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
     page.locator("#compare").select_option("")
     page.locator("#pilot").select_option("straight")
     page.get_by_role("button", name="Close").click()
-    wait_for_words(page, "gh-top-bar", "pilot straight")
+    wait_for_words(page, "gh-top-bar", "pilot straight", PATIENCE_S)
     assert page.locator("gh-comparison table").count() == 0
     wait_for_words(page, "gh-advice", "Midships")
     page.keyboard.press("2")
@@ -352,7 +352,7 @@ def test_menu_opens_encounters_and_replays_logs(server: Server, look: Visit) -> 
     page.keyboard.press("?")
     page.locator("#scenario").select_option("imazu:5")
     page.locator("#open").click()
-    wait_for_words(page, "gh-top-bar", "Imazu case 5")
+    wait_for_words(page, "gh-top-bar", "Imazu case 5", PATIENCE_S)
     assert server.shown()["session"]["source"] == "imazu:5"
     page.reload()
     page.wait_for_selector("gh-plan canvas[aria-label*='range']")
