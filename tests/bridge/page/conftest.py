@@ -73,6 +73,7 @@ class Server:
                         return
             except OSError:
                 time.sleep(0.2)
+        self.kill()
         raise AssertionError((self.logs / "server.txt").read_text())
 
     def kill(self) -> None:
@@ -136,6 +137,12 @@ def wait_for_words(page: Any, part: str, pattern: str, seconds: float = PAGE_S) 
     raise AssertionError(f"{part}: waited for {pattern!r}, it says {said!r}")
 
 
+def chromium_found() -> str | None:
+    """The browser named in the environment, or Debian's."""
+    named = os.environ.get("GLASSHELM_CHROMIUM")
+    return named or next((path for path in map(shutil.which, NAMES) if path), None)
+
+
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
     """Debian's Chromium; these tests are skipped where there is none.
@@ -144,8 +151,7 @@ def chromium() -> Iterator[Any]:
     thread, and no test of another module could begin one of its own.
     """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    named = os.environ.get("GLASSHELM_CHROMIUM")
-    found = named or next((path for path in map(shutil.which, NAMES) if path), None)
+    found = chromium_found()
     if found is None:
         pytest.skip("no Chromium on this machine: scripts/install-chromium installs it")
     if not BUILT.is_file():
