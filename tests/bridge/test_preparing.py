@@ -140,6 +140,35 @@ def test_what_is_shown_goes_on_while_something_is_prepared(tmp_path, held, asked
     assert session["rate"] == 7, "a new session begins at 1"
 
 
+def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_done(tmp_path):
+    go_on = threading.Event()
+
+    async def come_early():
+        catalogue = Catalogue(Shelf(tmp_path))
+        conductor = Conductor(catalogue, tmp_path)
+        begin = prepared(catalogue, tmp_path, "imazu:1", "straight", "paper", None, None)
+        showing = asyncio.create_task(conductor.show(lambda: begin() if go_on.wait(120) else None))
+        try:
+            viewer = await Viewer(conductor).join()
+            assert (await viewer.next("preparing"))["what"]
+            await viewer.ask("limits", dcpa_m=100.0, tcpa_s=60.0)
+            await viewer.ask("pause")
+            await viewer.ask("ping")
+            await viewer.next("pong")
+            go_on.set()
+            await viewer.next("frame")
+            while conductor._requests:
+                await asyncio.sleep(0.01)
+            await showing
+            assert not conductor._playing
+            assert (conductor._limits.dcpa_m, conductor.failed) == (100.0, 0)
+        finally:
+            go_on.set()
+            conductor.close()
+
+    asyncio.run(come_early())
+
+
 def test_of_a_flood_of_requests_none_is_lost_and_few_wait(tmp_path, held):
     begun, go_on = held
 

@@ -35,7 +35,7 @@ Result = TypeVar("Result")
 MOST_VIEWERS = 100
 #: Questions that wait for their answer at once.
 MOST_QUESTIONS = 8
-#: What is done as soon as it is asked, whatever waits before it.
+#: What is done as soon as it is asked, whatever waits before it, once there is a session.
 _AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
 _log = logging.getLogger("glasshelm.bridge")
 
@@ -101,7 +101,8 @@ class Conductor:
             self.refused += 1
             viewer.put(*_failure(str(error)))
             return
-        if isinstance(asked, _AT_ONCE):
+        urgent = isinstance(asked, _AT_ONCE) and self._stage is not None
+        if urgent or isinstance(asked, m.Ping):
             await self._try(self.do(asked, viewer), viewer, "request")
         else:
             await self._turns[viewer].take(
