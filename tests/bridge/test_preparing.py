@@ -147,7 +147,12 @@ def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_don
         catalogue = Catalogue(Shelf(tmp_path))
         conductor = Conductor(catalogue, tmp_path)
         begin = prepared(catalogue, tmp_path, "imazu:1", "straight", "paper", None, None)
-        showing = asyncio.create_task(conductor.show(lambda: begin() if go_on.wait(120) else None))
+
+        def slowly():
+            assert go_on.wait(120)
+            return begin()
+
+        showing = asyncio.create_task(conductor.show(slowly))
         try:
             viewer = await Viewer(conductor).join()
             assert (await viewer.next("preparing"))["what"]
