@@ -11,6 +11,7 @@ import "./parts/comparison";
 import "./parts/menu";
 import type { Menu } from "./parts/menu";
 import "./parts/notices";
+import "./parts/outside";
 import "./parts/plan-bar";
 import "./parts/sentence";
 import "./parts/target-list";
@@ -57,15 +58,9 @@ export class App extends LitElement {
         display: flex;
         flex-direction: column;
         min-height: 0;
+        overflow-y: auto;
         border-left: 1px solid var(--gh-line);
         background: var(--gh-panel);
-      }
-      .level-2 aside,
-      .level-3 aside {
-        overflow-y: auto;
-      }
-      .level-3 gh-target-list {
-        flex: 1 0 158px;
       }
       .stale gh-sentence,
       .stale gh-target-list,
@@ -75,9 +70,21 @@ export class App extends LitElement {
       aside > * + * {
         border-top: 1px solid var(--gh-line);
       }
+      gh-outside {
+        border: 0;
+      }
+      /* Four ships are always in full sight, six where there is room; the plots take the rest. */
       gh-target-list {
         flex: 1 0 0;
-        min-height: 150px;
+        min-height: calc(75px + 36px * var(--rows, 2));
+      }
+      .level-2 gh-target-list,
+      .level-3 gh-target-list {
+        flex: 0 1 auto;
+        max-height: 294px;
+      }
+      gh-why {
+        flex: 1 0 auto;
       }
       .head {
         display: grid;
@@ -85,6 +92,20 @@ export class App extends LitElement {
       .level-2 .head,
       .level-3 .head {
         grid-template-columns: minmax(270px, 1fr) 1fr;
+      }
+      /* A tablet held upright: the picture above, its reasons below. */
+      @media (orientation: portrait) {
+        .body {
+          grid-template-columns: minmax(0, 1fr);
+          grid-template-rows: minmax(0, 11fr) minmax(0, 10fr);
+        }
+        aside {
+          border-left: 0;
+          border-top: 1px solid var(--gh-line);
+        }
+        .level-1 .head {
+          grid-template-columns: minmax(270px, 1fr) 1fr;
+        }
       }
     `,
   ];
@@ -128,6 +149,7 @@ export class App extends LitElement {
             <gh-advice></gh-advice>
             <gh-sentence aria-live="polite"></gh-sentence>
           </div>
+          <gh-outside></gh-outside>
           ${store.session?.compare ? html`<gh-comparison></gh-comparison>` : nothing}
           <gh-what-if aria-live="polite"></gh-what-if>
           <gh-target-list></gh-target-list>

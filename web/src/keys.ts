@@ -23,7 +23,7 @@ export const KEYS: [string, string][] = [
 ];
 
 export function onKey(event: KeyboardEvent, openMenu: () => void): void {
-  if (event.ctrlKey || event.metaKey || event.altKey || typing(event)) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || taken(event)) return;
   const action = actions(openMenu)[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!action) return;
   event.preventDefault();
@@ -65,13 +65,17 @@ function actions(openMenu: () => void): Record<string, () => void> {
   };
 }
 
-/** Whether the key belongs to a field, a button or an open dialogue. */
-function typing(event: KeyboardEvent): boolean {
+const MOVES = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+
+/** Whether the key belongs to an open dialogue or to the field, list, slider or button in focus. */
+function taken(event: KeyboardEvent): boolean {
   const path = event.composedPath();
-  const inDialog = path.some((e) => e instanceof HTMLDialogElement);
-  const field = path[0] instanceof HTMLInputElement || path[0] instanceof HTMLSelectElement;
-  const pressing = path[0] instanceof HTMLButtonElement && event.key === " ";
-  return inDialog || field || pressing;
+  const [focus, key] = [path[0], event.key];
+  if (path.some((e) => e instanceof HTMLDialogElement)) return true;
+  if (focus instanceof HTMLInputElement) return focus.type !== "range" || MOVES.includes(key);
+  if (focus instanceof HTMLSelectElement)
+    return MOVES.includes(key) || [" ", "Enter", "Escape"].includes(key) || /^\d$/.test(key);
+  return focus instanceof HTMLButtonElement && key === " ";
 }
 
 function seek(by_s: number): void {

@@ -29,6 +29,8 @@ export class Store {
   catalogue: Catalogue | null = null;
   limits: Limits | null = null;
   session: Session | null = null;
+  /** What the server makes ready while the session goes on. */
+  preparing: string | null = null;
   frames: Frame[] = [];
   compareFrames: Frame[] = [];
   now: Instant | null = null;
@@ -179,6 +181,9 @@ export class Store {
         this.catalogue = message.catalogue;
         this.limits = message.limits;
         break;
+      case "preparing":
+        this.preparing = message.what;
+        break;
       case "session":
         this.newSession(message);
         break;
@@ -274,6 +279,7 @@ export class Store {
 
   private linked(_state: LinkState): void {
     this.linkSince_ms = performance.now();
+    this.preparing = null;
     this.asking = false;
     this.changed();
   }

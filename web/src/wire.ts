@@ -212,6 +212,7 @@ export interface WhatIf {
 
 export type FromServer =
   | { type: "hello"; version: string; catalogue: Catalogue; limits: Limits }
+  | { type: "preparing"; what: string | null }
   | ({ type: "session" } & Session)
   | { type: "history"; frames: Frame[]; compare?: Frame[] }
   | ({ type: "frame" } & Instant)

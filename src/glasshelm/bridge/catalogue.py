@@ -5,6 +5,7 @@ list too, under its last name alone.
 """
 
 import dataclasses
+import threading
 from pathlib import Path
 
 from glasshelm.bridge import messages
@@ -58,6 +59,7 @@ class Catalogue:
         self._file = source if source and not (self.feed or _known(source)) else None
         self._weights = pilot if pilot and pilot not in (*bundled(), *UNTRAINED) else None
         self._pilots: dict[str, Pilot] = {}
+        self._reading = threading.Lock()
 
     def told(self) -> messages.Catalogue:
         """The lists as the page gets them."""
@@ -85,12 +87,13 @@ class Catalogue:
         """A pilot of the catalogue; read from disk once."""
         if name == self._weights:
             name = alias(name)
-        if name not in self._pilots:
-            if name not in self._pilot_names():
-                raise InputError(f"no pilot {name[:100]!r}: choose one of the catalogue")
-            given = self._weights is not None and name == alias(self._weights)
-            self._pilots[name] = pilot_named(self._weights if given and self._weights else name)
-        return self._pilots[name]
+        with self._reading:
+            if name not in self._pilots:
+                if name not in self._pilot_names():
+                    raise InputError(f"no pilot {name[:100]!r}: choose one of the catalogue")
+                given = self._weights is not None and name == alias(self._weights)
+                self._pilots[name] = pilot_named(self._weights if given and self._weights else name)
+            return self._pilots[name]
 
     def pilot_for(self, ship: str, name: str | None) -> Pilot:
         """The pilot asked for, or the one who steers that ship."""

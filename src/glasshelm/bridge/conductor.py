@@ -1,13 +1,16 @@
 """The one session that all viewers see: who asks what of it, and when its next frame is due.
 
-Everything that computes or reads a disk is done by one worker thread, one
-thing at a time; the event loop only waits, and hands out what came of it.
+The event loop only waits, and hands out what came of it. The session shown has
+a worker thread to itself, one thing at a time. What may take long (another
+session, another pilot, whose programs are to be compiled first) is prepared in
+a second thread while frames, alarms and answers go on; questions have a third.
 """
 
 import asyncio
+import contextlib
 import logging
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TypeVar
@@ -20,9 +23,11 @@ from glasshelm.bridge.outbox import Outbox
 from glasshelm.bridge.questions import Question, answered
 from glasshelm.bridge.session import Session
 from glasshelm.bridge.stage import Stage, Told
+from glasshelm.bridge.turns import Turns
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import OWN_STALE_S
 from glasshelm.feeds.write_back import WriteBack
+from glasshelm.pilots.types import Pilot
 
 Result = TypeVar("Result")
 
@@ -30,6 +35,8 @@ Result = TypeVar("Result")
 MOST_VIEWERS = 100
 #: Questions that wait for their answer at once.
 MOST_QUESTIONS = 8
+#: What is done as soon as it is asked, whatever waits before it, once there is a session.
+_AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
 _log = logging.getLogger("glasshelm.bridge")
 
 
@@ -51,16 +58,25 @@ class Conductor:
         self._stage: Stage | None = None
         self._limits = m.Limits()
         self._playing, self._rate = False, 1.0
+        #: Held by who uses the session shown, and by who puts another in its place.
         self._lock = asyncio.Lock()
+        #: Held by who prepares; what is prepared is told meanwhile.
+        self._preparing, self._prepared = asyncio.Lock(), ""
         self._wake = asyncio.Event()
         self._listening: asyncio.Task[None] | None = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="voyage")
+        self._preparer = ThreadPoolExecutor(1, thread_name_prefix="prepare")
         self._thinker = ThreadPoolExecutor(1, thread_name_prefix="whatif")
         self._questions: set[asyncio.Task[None]] = set()
+        self._requests: set[asyncio.Task[None]] = set()
+        self._turns: dict[Outbox, Turns] = {}
 
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
+        self._turns[viewer] = Turns(self._requests)
         viewer.put(*await self._hello())
+        if self._prepared:
+            viewer.put(*_preparing(self._prepared))
         async with self._lock:
             if self._stage is not None:
                 viewer.put("session", self._session_now(self._stage))
@@ -70,10 +86,14 @@ class Conductor:
 
     def leave(self, viewer: Outbox) -> None:
         self.viewers.discard(viewer)
+        self._turns.pop(viewer, None)
         self.dropped += viewer.dropped
 
     async def heard(self, viewer: Outbox, text: str | bytes) -> None:
-        """A viewer's message; what is wrong with it is told to her alone."""
+        """A viewer's message; what is wrong with it is told to her alone.
+
+        Returns before it is done where it may take long.
+        """
         self.asked += 1
         try:
             asked = m.read(text)
@@ -81,9 +101,13 @@ class Conductor:
             self.refused += 1
             viewer.put(*_failure(str(error)))
             return
-        # Shielded: a viewer who leaves does not take back what she asked for all.
-        work = asyncio.shield(asyncio.create_task(self.do(asked, viewer)))
-        await self._try(work, viewer, "request")
+        urgent = isinstance(asked, _AT_ONCE) and self._stage is not None
+        if urgent or isinstance(asked, m.Ping):
+            await self._try(self.do(asked, viewer), viewer, "request")
+        else:
+            await self._turns[viewer].take(
+                lambda: self._try(self.do(asked, viewer), viewer, "request")
+            )
 
     async def _try(self, work: Awaitable[None], viewer: Outbox, what: str) -> None:
         """Do what a viewer asked for; why it cannot be done is told to her alone."""
@@ -99,23 +123,31 @@ class Conductor:
 
     async def do(self, asked: m.Asked, viewer: Outbox | None = None) -> None:
         """Do what is asked. InputError if it cannot be done."""
-        if isinstance(asked, m.Ping):
-            if viewer is not None:
-                viewer.put("pong", m.written(m.Pong()))
-            return
-        if isinstance(asked, m.WhatIf):
-            await self._ask(asked, viewer)
-            return
-        async with self._lock:
-            if isinstance(asked, m.Open | m.Replay):
-                await self._open(asked)
-            else:
-                await self._do(asked, self._there())
+        match asked:
+            case m.Ping():
+                if viewer is not None:
+                    viewer.put("pong", m.written(m.Pong()))
+                return
+            case m.WhatIf():
+                await self._ask(asked, viewer)
+                return
+            case m.Open() | m.Replay():
+                name = asked.source if isinstance(asked, m.Open) else asked.log
+                async with self._prepares(name):
+                    await self._begin(lambda: opened(asked, self.catalogue, self.logs))
+            case m.Pilot(name) | m.Compare(str(name)):
+                async with self._prepares(name):
+                    pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
+                    await self._change(asked, pilot)
+            case _:
+                await self._first_is_there()
+                async with self._lock:
+                    await self._do(asked, self._there())
         self._wake.set()
 
     async def show(self, open_session: Callable[[], Session]) -> None:
         """Begin a session in place of the present one, playing from its start."""
-        async with self._lock:
+        async with self._prepares("the session"):
             await self._begin(open_session)
         self._wake.set()
 
@@ -140,8 +172,10 @@ class Conductor:
 
     def close(self) -> None:
         """Close the log; called when no more is asked."""
-        if self._listening is not None:
-            self._listening.cancel()
+        for task in (self._listening, *self._requests, *self._questions):
+            if task is not None:
+                task.cancel()
+        self._preparer.shutdown(wait=True, cancel_futures=True)
         self._worker.shutdown(wait=True, cancel_futures=True)
         self._thinker.shutdown(wait=True, cancel_futures=True)
         if self._stage is not None:
@@ -159,12 +193,8 @@ class Conductor:
                 self._set(stage, self._playing, rate)
             case m.Seek(time_s):
                 await self._jump(lambda: stage.seek(time_s))
-            case m.Pilot(name):
-                pilot = self.catalogue.pilot(name)
-                await self._jump(lambda: stage.hand_over(pilot))
-            case m.Compare(name):
-                other = None if name is None else self.catalogue.pilot(name)
-                await self._jump(lambda: stage.compare(other))
+            case m.Compare(None):
+                await self._jump(lambda: stage.compare(None))
             case m.Acknowledge(id):
                 told = await self._work(lambda: stage.acknowledge(id))
                 if told is None:
@@ -194,32 +224,74 @@ class Conductor:
         think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
         viewer.put("whatif", m.written(await think))
 
-    async def _open(self, asked: m.Open | m.Replay) -> None:
-        name = asked.source if isinstance(asked, m.Open) else asked.log
-        self._tell([_notice(f"Opening {name}")])
-        await self._begin(lambda: opened(asked, self.catalogue, self.logs))
+    @contextlib.asynccontextmanager
+    async def _prepares(self, what: str) -> AsyncIterator[None]:
+        """One preparation at a time; all viewers are told of it."""
+        async with self._preparing:
+            self._prepared = what
+            self._tell([_preparing(what)])
+            try:
+                yield
+            finally:
+                self._prepared = ""
+                self._tell([_preparing(None)])
+
+    async def _prepare(self, job: Callable[[], Result]) -> Result:
+        return await asyncio.get_running_loop().run_in_executor(self._preparer, job)
+
+    async def _first_is_there(self) -> None:
+        """Wait for the first session, if it is being prepared."""
+        if self._stage is None:
+            async with self._preparing:
+                pass
+
+    async def _ready(self, name: str, ahead: bool) -> Pilot:
+        """A pilot with whom the session shown could go on at once."""
+        session = self._there().session
+
+        def ready() -> Pilot:
+            pilot = self.catalogue.pilot(name)
+            session.ready(pilot, ahead)
+            return pilot
+
+        return await self._prepare(ready)
+
+    async def _change(self, asked: m.Pilot | m.Compare, pilot: Pilot) -> None:
+        async with self._lock:
+            stage = self._there()
+            hands_over = isinstance(asked, m.Pilot)
+            await self._jump(lambda: stage.hand_over(pilot) if hands_over else stage.compare(pilot))
 
     async def _begin(self, open_session: Callable[[], Session]) -> None:
-        def begin() -> tuple[Stage, list[Told]]:
-            stage = Stage(open_session(), self._limits)
+        """Prepare a session, and put it in place of the one shown."""
+        limits = self._limits
+
+        def begin() -> Stage:
+            stage = Stage(open_session(), limits)
             try:
                 stage.forward()
-                return stage, stage.present()
             except BaseException:
                 stage.close()
                 raise
+            return stage
 
-        stage, told = await self._work(begin)
-        if self._listening is not None:
-            self._listening.cancel()
-        old, self._stage = self._stage, stage
-        if old is not None:
-            await self._work(old.close)
-        self._listening = asyncio.create_task(self._listen(stage.session))
-        self._write_back(stage)
-        self._playing, self._rate = True, 1.0
-        # Again, as there is one log more.
-        self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
+        def present() -> list[Told]:
+            stage.limit(self._limits)  # perhaps others by now
+            return stage.present()
+
+        stage = await self._prepare(begin)
+        async with self._lock:
+            if self._listening is not None:
+                self._listening.cancel()
+            old, self._stage = self._stage, stage
+            if old is not None:
+                await self._work(old.close)
+            told = await self._work(present)
+            self._listening = asyncio.create_task(self._listen(stage.session))
+            self._write_back(stage)
+            self._playing, self._rate = True, 1.0
+            # Again, as there is one log more.
+            self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
 
     async def _listen(self, session: Session) -> None:
         try:
@@ -271,7 +343,7 @@ class Conductor:
 
     async def _hello(self) -> Told:
         """What there is to open, and the limits of the alarms."""
-        catalogue = await self._work(self.catalogue.told)
+        catalogue = await asyncio.to_thread(self.catalogue.told)
         bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
         return "hello", m.written(m.Hello(__version__, catalogue, bounds))
 
@@ -305,6 +377,10 @@ def _of_now(session: Session) -> bool:
     """Whether this is live traffic, and heard: a page does not call it live otherwise."""
     heard_s = session.heard_s
     return session.connected and heard_s is not None and heard_s <= OWN_STALE_S
+
+
+def _preparing(what: str | None) -> Told:
+    return "preparing", m.written(m.Preparing(what))
 
 
 def _notice(text: str) -> Told:

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections import deque
+from datetime import UTC, datetime
 from pathlib import Path
 
 from glasshelm.bridge.logs import new_log
@@ -13,7 +14,7 @@ from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Feed, Report
 from glasshelm.frames import Frame
 from glasshelm.pilots.types import Pilot
-from glasshelm.ships import ship_named
+from glasshelm.ships import ShipParams, ship_named
 from glasshelm.watch import Watch
 
 #: Reports that wait for the next look at most; more are left out, and counted.
@@ -93,6 +94,12 @@ class Live(Session):
         now, heard = self._picture.now(), self._picture.heard
         return None if now is None or heard is None else (now - heard).total_seconds()
 
+    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
+        watch = Watch(pilot)
+        watch.look(_alone(self._params), 0.0)
+        if ahead:
+            watch.predicted()
+
     def forward(self) -> Frame | None:
         while self._waiting:
             self._picture.take(self._waiting.popleft())
@@ -167,6 +174,25 @@ class Live(Session):
 
     def _note(self, text: str) -> None:
         self.card = dataclasses.replace(self.card, notes=(text,))
+
+
+def _alone(ship: ShipParams) -> Scenario:
+    """Own ship with nobody in sight, somewhere: of the same shapes as every picture."""
+    picture, now = Picture("nobody"), datetime.now(UTC)
+    picture.take(
+        Report(
+            id="own",
+            time=now,
+            own=True,
+            latitude_deg=1.0,
+            longitude_deg=1.0,
+            course_rad=0.0,
+            speed_m_s=5.0,
+        )
+    )
+    scenario = picture.scenario(now, ship)
+    assert scenario is not None
+    return scenario
 
 
 def _since_s(begun: Scenario, now: Scenario) -> float:

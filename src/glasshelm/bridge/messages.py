@@ -174,6 +174,12 @@ class Hello(_Said, frozen=True):
     limits: Bounds
 
 
+class Preparing(_Said, frozen=True):
+    """What is being made ready while the session shown goes on; null: no more."""
+
+    what: str | None
+
+
 class Session(_Said, frozen=True):
     """What is being shown, and how; ``heard_s`` is the age of the last thing heard (live)."""
 

@@ -42,7 +42,13 @@ def prepared(
         if at is not None:
             raise InputError(f"{source}: live traffic begins now; leave out at")
         feed, name = feed_from(catalogue.feed.removeprefix(LIVE), own), alias(catalogue.feed)
-        return lambda: Live(name, feed, Picture(name), helm, ship, logs)
+
+        def begin() -> Session:
+            live = Live(name, feed, Picture(name), helm, ship, logs)
+            live.ready(helm)
+            return live
+
+        return begin
     scenario = catalogue.scenario(source, ship, own, at)
     return lambda: Sailing(scenario, helm, ship, scenario.own_track is not None, logs)
 

@@ -8,7 +8,7 @@ MOST_FRAMES = 8
 #: Other messages that wait at most.
 MOST_OTHERS = 32
 #: Of these only the newest means anything.
-_NEWEST = ("hello", "session", "alarms")
+_NEWEST = ("hello", "preparing", "session", "alarms")
 
 
 class Outbox:

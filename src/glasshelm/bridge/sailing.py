@@ -49,6 +49,13 @@ def _log(logs: Path, voyage: Voyage) -> Path:
     return new_log(logs, voyage.scenario.source, voyage.place.pilot.name)
 
 
+def _predicted(voyage: Voyage, place: Place) -> Predicted:
+    """Own ship's track from a place of the voyage on."""
+    state, memory = place.carry.state, place.carry.memory
+    own = predicted(place.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
+    return track_of(own, voyage.settings.step_s)
+
+
 class Sailing(Session):
     """Sails as far as is looked; going back and forth reads the log."""
 
@@ -87,6 +94,12 @@ class Sailing(Session):
     @property
     def step_s(self) -> float:
         return self._run.voyage.settings.step_s
+
+    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
+        voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
+        voyage.sail_on()
+        if ahead:
+            _predicted(voyage, voyage.place)
 
     def forward(self) -> Frame | None:
         if not self._run.reach(self.at + 1):
@@ -128,16 +141,7 @@ class Sailing(Session):
     def predicted(self) -> Predicted | None:
         if self.at < 0:
             return None
-        place, voyage = self._place, self._run.voyage
-        own = predicted(
-            place.pilot,
-            voyage.encounter,
-            place.carry.state,
-            place.carry.memory,
-            voyage.ship,
-            voyage.settings,
-        )
-        return track_of(own, voyage.settings.step_s)
+        return _predicted(self._run.voyage, self._place)
 
     def close(self) -> None:
         self.record.close()

@@ -54,6 +54,8 @@ def serve(
         ws_max_size=16 * LARGEST,
         # Compressing for each viewer alone costs more than a local network does.
         ws_per_message_deflate=False,
+        # A busy computer may take long to say that it is there; the page asks more often itself.
+        ws_ping_timeout=60,
         timeout_graceful_shutdown=2,
         server_header=False,
     )

@@ -43,7 +43,7 @@ def track_of(own: ShipState, step_s: float) -> Predicted:
 
 @runtime_checkable
 class Session(Protocol):
-    """Frames that can be shown one after the other. Used by one thread at a time.
+    """Frames that can be shown one after the other. Used by one thread at a time, but ``ready``.
 
     ``at`` is the number of the frame shown, −1 before the first. Every method
     raises InputError, in one line, for what this kind of session cannot do.
@@ -85,6 +85,13 @@ class Session(Protocol):
     def heard_s(self) -> float | None:
         """The age of the last thing heard [s]."""
         return None
+
+    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
+        """Compile what this pilot needs here, so that frames go on when it takes over.
+
+        Without ``ahead``, all but its predicted track. May run beside the worker:
+        it only reads what no other method changes.
+        """
 
     async def listen(self) -> None:
         """Hear what the source says, in the event loop, until cancelled."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.bridge.page.axe import faults, needs_axe
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PAGE_S, Server, wait_for_words, words
 
 Visit = Callable[..., Any]
 #: Nothing may keep the page from the next picture for so long [ms].
@@ -35,7 +35,7 @@ def many(server: Server) -> Server:
 def test_the_token_in_the_address_lets_in_and_is_kept(server: Server, chromium: Any) -> None:
     context = chromium.new_context()
     page = context.new_page()
-    page.set_default_timeout(60_000)
+    page.set_default_timeout(1000 * PAGE_S)
     plain = server.url.partition("?")[0]
     refused = page.goto(plain)
     assert refused.status == 403

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PAGE_S, PATIENCE_S, Server, wait_for_words, words
 from tests.feeds.signalk_double import TOKEN, SignalKDouble
 
 Visit = Callable[..., Any]
@@ -24,7 +24,7 @@ def server(serve: Callable[..., Server], boat: SignalKDouble) -> Server:
     return serve(boat.address, *asked)
 
 
-def until(done: Callable[[], bool], seconds: float = 60.0) -> None:
+def until(done: Callable[[], bool], seconds: float = PAGE_S) -> None:
     end = time.monotonic() + seconds
     while not done():
         assert time.monotonic() < end, "it did not happen"
@@ -35,7 +35,7 @@ def test_live_traffic_moves_between_frames_and_the_actual_rudder_is_shown(
     server: Server, look: Visit, boat: SignalKDouble
 ) -> None:
     page = look(server)
-    wait_for_words(page, "gh-top-bar .state", "^Live$", 60)
+    wait_for_words(page, "gh-top-bar .state", "^Live$")
     assert "Rudder P 2.9°" in words(page, "gh-advice"), "what the sensor says"
     assert "Midships" in words(page, "gh-advice"), "what the pilot advises"
     until(lambda: boat.written.get(ORDER) == 0.0)
@@ -51,19 +51,19 @@ def test_it_is_opened_from_the_menu_and_by_name_and_nothing_else_is(
     server: Server, look: Visit, boat: SignalKDouble
 ) -> None:
     page = look(server)
-    wait_for_words(page, "gh-top-bar .state", "^Live$", 60)
+    wait_for_words(page, "gh-top-bar .state", "^Live$")
     _open(page, lambda: page.locator("#scenario").select_option("imazu:1"))
-    wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot straight")  # as now
+    wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot straight", PATIENCE_S)  # as now
     until(lambda: boat.written.get(ORDER) is None)  # no advice of now stays behind
     _open(page, lambda: page.locator("#scenario").select_option(boat.address))
-    wait_for_words(page, "gh-top-bar .state", "^Live$", 60)
+    wait_for_words(page, "gh-top-bar .state", "^Live$")
     until(lambda: boat.written.get(ORDER) == 0.0)
     _open(page, lambda: page.locator("#source").fill("signalk://127.0.0.1:1"))
     wait_for_words(page, "gh-notices .failure", "no source")
     _open(page, lambda: page.locator("#source").fill("imazu:1"))
     wait_for_words(page, "gh-top-bar", "Imazu case 1")
     _open(page, lambda: page.locator("#source").fill(boat.address))
-    wait_for_words(page, "gh-top-bar .state", "^Live$", 60)
+    wait_for_words(page, "gh-top-bar .state", "^Live$")
 
 
 def _open(page: Any, choose: Callable[[], Any]) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
 
 Visit = Callable[..., Any]
 
@@ -64,6 +64,16 @@ def test_page_shows_what_the_frame_says_in_mariners_units(server: Server, look: 
     for alarm in shown["alarms"]["alarms"]:
         assert f"{alarm['dcpa_m'] / 1852:.2f} NM" in words(page, "gh-alarm-strip")
     assert "Advisory, not type-approved" in words(page, "gh-alarm-strip")
+
+
+def test_four_ships_and_their_plots_fit_without_scrolling(server: Server, look: Visit) -> None:
+    page = look(server, level=2)
+    assert page.locator("gh-target-list tbody tr").count() == 4
+    for part in ("gh-target-list .scroll", "aside"):
+        hidden = page.locator(part).evaluate("e => e.scrollHeight - e.clientHeight")
+        assert hidden <= 1, part
+    plots = page.locator("gh-why gh-plot")
+    assert all(plot.bounding_box()["height"] > 80 for plot in plots.all())
 
 
 def test_list_has_the_largest_intention_first(server: Server, look: Visit) -> None:
@@ -221,6 +231,30 @@ def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
     assert 60 <= seconds(page) <= 180
 
 
+def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) -> None:
+    page = look(server, level=2)
+    lit = page.locator("gh-target-list tr.hovered")
+    legend = page.locator("gh-why article").first.locator("li[title]").first
+    legend.hover()
+    assert lit.get_attribute("data-id") in {legend.get_attribute("title").removeprefix("ship ")}
+    page.mouse.move(5, 5)
+    assert lit.count() == 0
+    at = (
+        page.locator("gh-why gh-plot")
+        .nth(1)
+        .evaluate("""e => {
+        const u = e.plot, k = Math.round(u.data[0].length * 0.7);
+        const ship = u.series.findIndex((_, j) => j > 1 && Math.abs(u.data[j][k]) > 0.3);
+        const box = u.over.getBoundingClientRect();
+        return [box.x + u.valToPos(u.data[0][k], "x"), box.y + u.valToPos(u.data[ship][k], "y")];
+    }""")
+    )
+    page.mouse.move(at[0] - 5, at[1])
+    page.mouse.move(*at)
+    lit.wait_for()
+    assert lit.count() == 1
+
+
 def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: Visit) -> None:
     page, other = look(server), look(server)
     alarm = page.locator("gh-alarm-strip li.unacknowledged").first
@@ -298,7 +332,7 @@ def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
     page.keyboard.press("?")
     page.locator("#compare").select_option("straight")
     page.get_by_role("button", name="Close").click()
-    wait_for_words(page, "gh-comparison", "straight")
+    wait_for_words(page, "gh-comparison", "straight", PATIENCE_S)
     rows = page.locator("gh-comparison tbody tr")
     assert rows.count() == 2
     assert "paper-attention" in rows.first.inner_text()
@@ -306,7 +340,7 @@ def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
     page.locator("#compare").select_option("")
     page.locator("#pilot").select_option("straight")
     page.get_by_role("button", name="Close").click()
-    wait_for_words(page, "gh-top-bar", "pilot straight")
+    wait_for_words(page, "gh-top-bar", "pilot straight", PATIENCE_S)
     assert page.locator("gh-comparison table").count() == 0
     wait_for_words(page, "gh-advice", "Midships")
     page.keyboard.press("2")
@@ -318,7 +352,7 @@ def test_menu_opens_encounters_and_replays_logs(server: Server, look: Visit) -> 
     page.keyboard.press("?")
     page.locator("#scenario").select_option("imazu:5")
     page.locator("#open").click()
-    wait_for_words(page, "gh-top-bar", "Imazu case 5")
+    wait_for_words(page, "gh-top-bar", "Imazu case 5", PATIENCE_S)
     assert server.shown()["session"]["source"] == "imazu:5"
     page.reload()
     page.wait_for_selector("gh-plan canvas[aria-label*='range']")

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
 
 Visit = Callable[..., Any]
 
@@ -34,7 +34,7 @@ def test_what_if_she_were_not_there_is_told_and_drawn_until_dismissed(
     page.mouse.move(5, 5)
     before = canvas(page)
     panel.get_by_role("button", name="What if she were not there?").click()
-    wait_for_words(page, "gh-what-if", "Without ship 2, the pilot would", 120.0)
+    wait_for_words(page, "gh-what-if", "Without ship 2, the pilot would", PATIENCE_S)
     assert "other ships do not react" in words(page, "gh-what-if")
     assert canvas(page) != before
     assert "Without ship 2" not in words(other, "gh-what-if"), "only who asked is told"
@@ -43,13 +43,29 @@ def test_what_if_she_were_not_there_is_told_and_drawn_until_dismissed(
     assert canvas(page) == before
 
 
+@pytest.mark.parametrize(
+    ("question", "told"),
+    [
+        ("What if the pilot did not see her?", "If the pilot did not see ship 2"),
+        ("What if she kept her course and speed?", "If ship 2 kept her course"),
+    ],
+)
+def test_the_other_questions_about_a_ship(
+    server: Server, look: Visit, question: str, told: str
+) -> None:
+    page = look(server)
+    page.locator("gh-target-list tr[data-id='2']").click()
+    page.locator("gh-what-if").get_by_role("button", name=question).click()
+    wait_for_words(page, "gh-what-if", f"{told}.*other ships do not react", PATIENCE_S)
+
+
 @pytest.mark.parametrize("palette", ["day", "dusk", "night"])
 def test_what_if_the_rudder_went_over_has_an_ink_of_its_own(
     server: Server, look: Visit, palette: str
 ) -> None:
     page = look(server, palette=palette)
     page.get_by_role("button", name="What if the rudder went to P 5° now, for a minute?").click()
-    wait_for_words(page, "gh-what-if", "With the rudder 5° to port for 60 s", 120.0)
+    wait_for_words(page, "gh-what-if", "With the rudder 5° to port for 60 s", PATIENCE_S)
     inks = page.evaluate(
         """() => ["what-if", "path", "compare", "own", "sea"].map(name =>
             getComputedStyle(document.documentElement).getPropertyValue(`--gh-${name}`).trim())"""
@@ -61,7 +77,7 @@ def test_what_if_the_rudder_went_over_has_an_ink_of_its_own(
 def test_an_answer_goes_when_time_jumps(server: Server, look: Visit) -> None:
     page = look(server)
     page.get_by_role("button", name="What if the rudder went to S 5° now, for a minute?").click()
-    wait_for_words(page, "gh-what-if", "With the rudder 5° to starboard", 120.0)
+    wait_for_words(page, "gh-what-if", "With the rudder 5° to starboard", PATIENCE_S)
     server.ask({"type": "seek", "time_s": 60})
     wait_for_words(page, "gh-top-bar .time", "01:00")
     assert "With the rudder" not in words(page, "gh-what-if")

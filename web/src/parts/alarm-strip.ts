@@ -12,8 +12,9 @@ import { shared } from "../style/shared";
 import { chip } from "./chip";
 import type { Alarm, Limits } from "../wire";
 
-/** Alarms told one by one; the list marks the others. */
-const MOST = 3;
+/** Alarms told one by one where there are no more, and where there are; the list marks the others. */
+const ALL = 3;
+const FEW = 2;
 
 @customElement("gh-alarm-strip")
 export class AlarmStrip extends LitElement {
@@ -83,7 +84,8 @@ export class AlarmStrip extends LitElement {
         padding: 0;
         color: inherit;
       }
-      .acknowledged {
+      .acknowledged,
+      .more {
         padding-right: 10px;
       }
     `,
@@ -99,12 +101,13 @@ export class AlarmStrip extends LitElement {
       (a, b) => Number(a.state === "acknowledged") - Number(b.state === "acknowledged") || a.tcpa_s - b.tcpa_s,
     );
     const open = alarms.filter((a) => a.state === "unacknowledged");
-    const more = alarms.length - MOST;
+    const told = alarms.length > ALL ? FEW : ALL;
+    const more = alarms.length - told;
     return html`
       ${alarms.length ? nothing : html`<span class="soft">${quiet(store.limits)}</span>`}
       <ul aria-label="CPA alarms">
-        ${alarms.slice(0, MOST).map((alarm) => this.one(alarm))}
-        ${more > 0 ? html`<li class="acknowledged">and ${more} more</li>` : nothing}
+        ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
+        ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
         ${open.length > 1
           ? html`<li class="all">
               <button @click=${() => open.forEach((a) => this.acknowledge(a))}>

@@ -50,17 +50,6 @@ export class SentencePanel extends LitElement {
       .ship.lit {
         background: color-mix(in srgb, var(--ship) 25%, var(--gh-panel));
       }
-      .outside {
-        margin-top: 8px;
-        padding: 5px 9px;
-        border-radius: 4px;
-        background: var(--gh-warn);
-        color: var(--gh-on-warn);
-      }
-      .outside ul {
-        margin: 2px 0 0;
-        padding-left: 18px;
-      }
     `,
   ];
 
@@ -71,7 +60,6 @@ export class SentencePanel extends LitElement {
 
   override render() {
     const sentence = store.now?.sentence;
-    const outside = store.frame?.outside ?? [];
     const { level } = store.settings.all;
     if (!store.frame) return nothing;
     return html`
@@ -84,7 +72,6 @@ export class SentencePanel extends LitElement {
             </div>
           `
         : html`<p class="soft">This pilot gives no reasons.</p>`}
-      ${outside.length ? this.flag(outside, level) : nothing}
     `;
   }
 
@@ -103,16 +90,5 @@ export class SentencePanel extends LitElement {
         >${shipName(part)}</span
       >`;
     });
-  }
-
-  private flag(outside: string[], level: number) {
-    const more = outside.length - 1;
-    return html`
-      <div class="outside">
-        <strong>Outside the pilot's training</strong>${level < 3
-          ? html`: ${outside[0]}${more ? html` <span title=${outside.join("\n")}>and ${more} more</span>` : ""}`
-          : html`<ul>${outside.map((words) => html`<li>${words}</li>`)}</ul>`}
-      </div>
-    `;
   }
 }

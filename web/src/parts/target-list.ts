@@ -11,8 +11,9 @@ import { chip, colourOf } from "./chip";
 import { listStyle } from "./target-list.style";
 import type { Encounter } from "../wire";
 
-/** Rows of the small list. */
+/** Rows of the small list, and those that are in sight whatever else there is. */
 const FEW = 6;
+const SEEN = 4;
 /** An AIS report older than this is worth a mark [s]. */
 const OLD_S = 60;
 
@@ -37,6 +38,7 @@ export class TargetList extends LitElement {
     const { level } = store.settings.all;
     const rows = store.rows;
     const shown = this.everyone || level === 3 ? rows : foremost(rows, FEW);
+    this.style.setProperty("--rows", String(Math.min(shown.length, SEEN)));
     const scale = { danger: store.dangerScale, intention: frame ? roundScale(largestIntention(frame), 0.05) : 1 };
     const critic = rows.some((r) => dangerOf(r.target) !== null);
     const attentive = rows.some((r) => r.target.attention != null);

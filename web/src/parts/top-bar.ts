@@ -57,6 +57,9 @@ export class TopBar extends LitElement {
         text-overflow: ellipsis;
         white-space: nowrap;
       }
+      .preparing {
+        font-weight: 600;
+      }
       .state {
         font-weight: 600;
         padding: 3px 10px;
@@ -130,7 +133,9 @@ export class TopBar extends LitElement {
       <span class="name">Glasshelm</span>
       <div class="title">
         <div><strong>${session?.title ?? "No session"}</strong></div>
-        <div class="soft">${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}</div>
+        ${store.preparing
+          ? html`<div class="preparing" role="status">Preparing ${store.preparing} …</div>`
+          : html`<div class="soft">${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}</div>`}
       </div>
       <span class="state" data-state=${liveness.state} role="status">${liveness.text}</span>
       <span class="number time" aria-label="Time">

@@ -22,6 +22,8 @@ const TOTAL = "total";
 interface Card {
   title: string;
   hint: string;
+  /** The same at length, where the hint is too short to say it. */
+  more?: string;
   spec: PlotSpec;
   overTime: boolean;
 }
@@ -32,13 +34,13 @@ export class Why extends LitElement {
     shared,
     css`
       :host {
-        display: block;
-        flex: none;
+        display: grid;
         container-type: inline-size;
       }
       .cards {
         display: grid;
         grid-template-columns: 1fr 1fr;
+        grid-auto-rows: minmax(var(--plot), 1fr);
         gap: 1px;
         background: var(--gh-panel);
       }
@@ -53,7 +55,6 @@ export class Why extends LitElement {
         grid-template-rows: auto auto minmax(0, 1fr);
         background: var(--gh-panel);
         padding: 7px 4px 2px 8px;
-        height: var(--plot, 208px);
         min-width: 0;
       }
       header {
@@ -137,7 +138,7 @@ export class Why extends LitElement {
     const shown = cards.filter((card) => card !== null);
     if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
     const many = shown.length > 2;
-    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 134 : 204}px">
+    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 108 : 140}px">
       ${shown.map((card) => this.card(card, look))}
     </div>`;
   }
@@ -145,7 +146,7 @@ export class Why extends LitElement {
   private card(card: Card, look: Inks) {
     return html`
       <article>
-        <header><h2>${card.title}</h2> <span class="soft">${card.hint}</span></header>
+        <header title=${card.more ?? card.hint}><h2>${card.title}</h2> <span class="soft">${card.hint}</span></header>
         <ul>
           ${card.spec.lines.map((line) => this.legend(line))}
         </ul>
@@ -153,7 +154,7 @@ export class Why extends LitElement {
           .spec=${card.spec}
           .inks=${look}
           .lit=${store.lit}
-          .name=${`${card.title}: ${card.hint}`}
+          .name=${`${card.title}: ${card.more ?? card.hint}`}
           @point=${(e: CustomEvent<string | null>) => store.hover(isShip(e.detail) ? e.detail : null)}
           @pick=${card.overTime ? this.seek : nothing}
         ></gh-plot>
@@ -195,7 +196,8 @@ export class Why extends LitElement {
     const shown = new Set(table.ships.map((ship) => ship.id));
     return {
       title: question(decided),
-      hint: "worth of each rudder, midships = 0",
+      hint: "0 = midships",
+      more: "worth of each rudder, midships = 0",
       overTime: false,
       spec: {
         lines: [
@@ -219,7 +221,8 @@ export class Why extends LitElement {
     const told = ids.filter((id) => store.target(id)?.shapley_rad != null);
     return {
       title: "Who moves the rudder",
-      hint: "° to starboard, adding up to it",
+      hint: "° to starboard",
+      more: "° to starboard, adding up to it",
       overTime: true,
       spec: {
         lines: [

@@ -8,8 +8,9 @@ import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import type { Place } from "../wire";
 import { inks } from "./inks";
-import { asPlaces, described, draw, radiusFor, scaleFor, under } from "./layers";
-import type { Scene } from "./scene";
+import { draw } from "./layers";
+import { described, under } from "./reading";
+import { asPlaces, radiusFor, scaleFor, type Scene } from "./scene";
 
 const FLASH_MS = 500;
 

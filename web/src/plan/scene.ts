@@ -1,10 +1,15 @@
 /** Everything one picture of the plan display is made of. */
 
+import type { Motion } from "../domain/geometry";
 import type { Ranked } from "../domain/ranking";
-import type { View } from "../domain/view";
+import { metres } from "../domain/units";
+import type { Point, View } from "../domain/view";
 import type { Choices } from "../settings";
 import type { Encounter, Frame, Place } from "../wire";
 import type { Inks } from "./inks";
+
+export type Context = CanvasRenderingContext2D;
+export const FONT = '"Noto Sans", "DejaVu Sans", sans-serif';
 
 export interface Scene {
   frame: Frame;
@@ -37,3 +42,22 @@ export function inkOf(scene: Scene, id: string): string {
   const place = scene.place(id);
   return place === null ? scene.inks.other : (scene.inks.ships[place] ?? scene.inks.other);
 }
+
+/** Own ship as what keeps her heading and speed. */
+export const ownMotion = (frame: Frame): Motion => ({
+  east_m: frame.own.east_m,
+  north_m: frame.own.north_m,
+  course_rad: frame.own.heading_rad,
+  speed_m_s: frame.own.speed_m_s,
+});
+
+export function inside(scene: Scene, p: Point, margin = 0): boolean {
+  return (
+    p.x >= -margin && p.y >= -margin && p.x <= scene.width + margin && p.y <= scene.height + margin
+  );
+}
+
+export const radiusFor = (width: number, height: number): number => Math.min(width, height) / 2 - 34;
+export const scaleFor = (radius: number, range_nm: number): number => radius / metres(range_nm);
+export const asPlaces = (path: readonly [number, number][]): Place[] =>
+  path.map(([east_m, north_m]) => ({ east_m, north_m }));

@@ -1,0 +1,39 @@
+/** What of the situation lies outside the pilot's training: there its advice is worth less. */
+
+import { css, html, LitElement, nothing } from "lit";
+import { customElement } from "lit/decorators.js";
+
+import { store, Watch } from "../store";
+import { shared } from "../style/shared";
+
+@customElement("gh-outside")
+export class Outside extends LitElement {
+  static override styles = [
+    shared,
+    css`
+      p {
+        margin: 0;
+        padding: 5px 14px;
+        background: var(--gh-warn);
+        color: var(--gh-on-warn);
+        text-wrap: pretty;
+      }
+    `,
+  ];
+
+  constructor() {
+    super();
+    new Watch(this, store);
+  }
+
+  override render() {
+    const outside = store.frame?.outside ?? [];
+    if (!outside.length) return nothing;
+    const more = outside.length - 1;
+    const told =
+      store.settings.all.level < 3 && more
+        ? html`${outside[0]} <span title=${outside.join("\n")}>and ${more} more</span>`
+        : outside.join(" · ");
+    return html`<p><strong>Outside the pilot's training</strong>: ${told}</p>`;
+  }
+}

@@ -1,0 +1,84 @@
+/** The ships: own ship with her domain, the targets, their vectors and hulls. */
+
+import { domainOutline, fromBody } from "../domain/geometry";
+import type { Ranked } from "../domain/ranking";
+import { vectorEnd, type Point } from "../domain/view";
+import type { Place, Target } from "../wire";
+import { inkOf, inside, ownMotion, type Context, type Scene } from "./scene";
+import * as symbol from "./symbols";
+
+/** The ship domain of Eq. 14-15 about own ship. */
+export function domain(c: Context, scene: Scene): void {
+  const { frame, view, inks } = scene;
+  const edge = domainOutline(frame.ship.loa_m).map((body) =>
+    view.toScreen(fromBody(frame.own, frame.own.heading_rad, body)),
+  );
+  symbol.polyline(c, [...edge, edge[0]!], inks.domain, 1.2, [5, 3]);
+}
+
+export function targets(c: Context, scene: Scene): void {
+  // Ships of note last, so that they lie on top.
+  const order = [...scene.rows].sort(
+    (p, q) => p.note - q.note || p.target.id.localeCompare(q.target.id),
+  );
+  for (const row of order) oneTarget(c, scene, row);
+}
+
+function oneTarget(c: Context, scene: Scene, row: Ranked): void {
+  const { view, inks } = scene;
+  const { target, alarm } = row;
+  const at = view.toScreen(target);
+  if (!inside(scene, at, 60)) return;
+  const angle = view.angle(target.course_rad);
+  const noted = scene.place(target.id) !== null;
+  const ink = alarm ? inks.alarm : inkOf(scene, target.id);
+  const flashing = alarm?.state === "unacknowledged";
+  const size = noted || alarm ? symbol.TARGET_PX : symbol.SLEEPING_PX;
+  const moving = target.speed_m_s > 0.25 && !target.lost;
+  const awake = noted || alarm || target.fed !== false;
+  if (moving && awake) {
+    symbol.line(c, at, view.toScreen(vector(scene, target)), ink, alarm ? 2.4 : noted ? 1.7 : 1, [6, 4]);
+  }
+  if (!flashing || scene.bright)
+    symbol.triangle(c, at, angle, size, ink, alarm ? 3 : noted ? 2 : 1.2, noted ? inks.sea : undefined);
+  if (target.length_m) outline(c, scene, target, ink);
+  if (target.lost) symbol.crossed(c, at, size + 3, ink);
+  if (target.id === scene.selected) symbol.corners(c, at, 16, inks.ink, 2.2);
+  else if (target.id === scene.hovered) symbol.corners(c, at, 16, inks.soft, 1.4);
+}
+
+/** Where a ship's vector ends. */
+export function vector({ choices, frame }: Scene, target: Target): Place {
+  const { heading_rad, speed_m_s } = frame.own;
+  const relative = choices.vectors === "relative" ? { course_rad: heading_rad, speed_m_s } : null;
+  return vectorEnd(target, target.course_rad, target.speed_m_s, choices.vector_min, relative);
+}
+
+/** True-scale outline, once it is larger than the symbol. */
+function outline(c: Context, scene: Scene, target: Target, ink: string): void {
+  const length = (target.length_m ?? 0) * scene.view.px_m;
+  if (length < 3 * symbol.TARGET_PX) return;
+  const at = scene.view.toScreen(target);
+  symbol.hull(c, at, scene.view.angle(target.course_rad), length, length / 6.5, ink);
+}
+
+/** Own ship: circles, heading line to the edge, beam line, her vector, her hull to scale. */
+export function own(c: Context, scene: Scene): void {
+  const { view, inks, frame, radius, choices } = scene;
+  const at = view.toScreen(frame.own);
+  const ahead = view.angle(frame.own.heading_rad);
+  const along = (r: number, turn = 0): Point => ({
+    x: at.x + r * Math.sin(ahead + turn),
+    y: at.y - r * Math.cos(ahead + turn),
+  });
+  symbol.line(c, at, along(radius), inks.own, 1);
+  symbol.line(c, along(18, -Math.PI / 2), along(18, Math.PI / 2), inks.own, 1.2);
+  if (choices.vectors === "true") {
+    const m = ownMotion(frame);
+    const end = vectorEnd(m, m.course_rad, m.speed_m_s, choices.vector_min, null);
+    symbol.line(c, at, view.toScreen(end), inks.own, 2.6, [6, 4]);
+  }
+  const length = frame.ship.loa_m * view.px_m;
+  if (length > 24) symbol.hull(c, at, ahead, length, frame.ship.beam_m * view.px_m, inks.own);
+  if (length < 60) symbol.ownShip(c, at, inks.own);
+}
