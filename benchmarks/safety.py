@@ -20,8 +20,8 @@ from rich.progress import track
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.evaluation.statistics import clopper_pearson
 from glasshelm.evaluation.cells import percent
+from glasshelm.evaluation.statistics import clopper_pearson
 from glasshelm.learning.evaluate import sail_remembering
 from glasshelm.learning.reversals import WEAVING
 from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
