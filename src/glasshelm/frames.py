@@ -74,11 +74,11 @@ class Sweep(_Part, frozen=True):
 
 
 class Band(_Part, frozen=True):
-    """The certified rudder band: between its ends the pilot's rudder stays while no sensor errs more.
+    """The certified rudder band: the pilot's rudder is in it while no sensor errs by more.
 
     The errors are bounds for own ship and every target alike: of positions on
-    each axis, of heading and courses, of speeds. ``turn`` is the side that is certain, ``starboard``
-    or ``port``; absent where neither is.
+    each axis, of heading and courses, of speeds. ``turn`` is the side that is
+    certain, ``starboard`` or ``port``; absent where neither is.
     """
 
     low_rad: float

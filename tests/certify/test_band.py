@@ -66,7 +66,7 @@ def test_a_band_beyond_the_dead_zone_is_a_turn():
 
 
 def test_only_a_sum_can_be_certified():
-    with pytest.raises(InputError, match="only the rudder of a sum actor"):
+    with pytest.raises(InputError, match="attention actor; only a sum"):
         certified_band(untrained("attention"), one_of(scenes(), 0), errors(*LEVELS[1]))
 
 

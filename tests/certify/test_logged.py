@@ -113,7 +113,7 @@ def test_there_is_no_band_for_a_rudder_that_is_not_hers(sailed, pilot):
 
 
 def test_only_a_sum_has_bands(sailed):
-    with pytest.raises(InputError, match="only the rudder of a sum actor"):
+    with pytest.raises(InputError, match="attention actor; only a sum"):
         with_bands(sailed[0], untrained("attention"), ERRORS)
 
 

@@ -21,6 +21,7 @@ from glasshelm.errors import InputError
 from glasshelm.networks.actors import SumActor
 from glasshelm.networks.mlp import softsign
 from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.types import Pilot
 
 #: Rudders within so much of midships are no turn [rad].
 DEAD_ZONE_RAD = 0.25 * np.pi / 180.0
@@ -82,10 +83,12 @@ def certified_band(pilot: LearnedPilot, scene: Scene, errors: SensorErrors, cell
     return Band(float(low[0]) * limit, float(high[0]) * limit)
 
 
-def certifiable(pilot: LearnedPilot) -> SumActor:
-    """Her actor. InputError if it is not a sum."""
+def certifiable(pilot: Pilot) -> SumActor:
+    """Her actor. InputError if she has none or it is not a sum."""
+    if not isinstance(pilot, LearnedPilot):
+        raise InputError(f"{pilot.name} has no network; only a sum actor can be certified")
     if not isinstance(pilot.actor, SumActor):
-        raise InputError(f"pilot {pilot.name}: only the rudder of a sum actor can be certified")
+        raise InputError(f"{pilot.name} has an attention actor; only a sum can be certified")
     return pilot.actor
 
 

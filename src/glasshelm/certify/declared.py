@@ -15,7 +15,10 @@ USUAL = "10,0.5,0.1"
 
 @dataclasses.dataclass(frozen=True)
 class Errors:
-    """The same for own ship and every target: positions on each axis, heading and courses, speeds."""
+    """The same for own ship and every target.
+
+    Of positions on each axis, of heading and courses, of speeds.
+    """
 
     position_m: float
     course_rad: float
@@ -34,6 +37,6 @@ def declared(text: str) -> Errors:
         position = course = speed = math.nan
     if not all(0 <= x < math.inf for x in (position, course, speed)):
         raise InputError(
-            f"errors {text[:100]!r}: three numbers, 0 or more, of metres, degrees and knots ({USUAL})"
+            f"errors {text[:100]!r}: three numbers, 0 or more: metres, degrees and knots ({USUAL})"
         )
     return Errors(position, math.radians(course), speed * KNOT_M_S)

@@ -23,7 +23,7 @@ from glasshelm.errors import InputError
 from glasshelm.frames import Frame
 from glasshelm.logbook import begins
 from glasshelm.networks.actors import SumActor
-from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.types import Pilot
 from glasshelm.world.feed import CAPACITY
 from glasshelm.world.observe import FRAMES
 
@@ -75,9 +75,7 @@ def _plot(
     return [east_m, north_m, own.heading_rad, own.speed_m_s, course_rad, speed_m_s]
 
 
-def band_of(
-    frames: Sequence[Frame], pilot: LearnedPilot, errors: Errors, cells: int = CELLS
-) -> f.Band:
+def band_of(frames: Sequence[Frame], pilot: Pilot, errors: Errors, cells: int = CELLS) -> f.Band:
     """The certified band of the last of these frames, decided by this pilot.
 
     The four frames before it are needed where there were any. InputError if the
@@ -100,7 +98,7 @@ def _again(actor: SumActor, scene: Scene) -> Float[Array, ""]:
 
 
 def with_bands(
-    frames: Iterable[Frame], pilot: LearnedPilot, errors: Errors, cells: int = CELLS
+    frames: Iterable[Frame], pilot: Pilot, errors: Errors, cells: int = CELLS
 ) -> Iterator[Frame]:
     """The frames of a voyage, each with its band. InputError as :func:`band_of`, at once."""
     certifiable(pilot)
