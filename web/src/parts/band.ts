@@ -1,0 +1,63 @@
+/** The certified rudder band: a bracket on the rudder scale, and what it means in a line. */
+
+import { css, html, nothing, svg } from "lit";
+
+import { ends } from "../domain/band";
+import type { Level } from "../settings";
+import type { Banded } from "../wire";
+
+/** The bracket's ends are at least so far apart [px]. */
+const LEAST = 8;
+/** How far it reaches above and below the bar [px]. */
+const [ABOVE, BELOW] = [6, 15];
+
+export const bandStyle = css`
+  .band {
+    fill: none;
+    stroke: var(--gh-ink);
+    stroke-width: 2.5;
+  }
+  .span {
+    fill: var(--gh-path);
+    opacity: 0.55;
+  }
+  .certain {
+    margin: 2px 0 0;
+    font-size: 12px;
+    line-height: 1.35;
+    min-height: 1.35em;
+    text-wrap: pretty;
+  }
+  .certain::first-letter {
+    text-transform: uppercase;
+  }
+  .certain.sure {
+    font-weight: 600;
+  }
+  .certain:not(.sure) {
+    color: var(--gh-soft);
+  }
+`;
+
+/** Round the rudders that errors can bring about: `[` and `]` at its ends, on a bar at `top`. */
+export function bandMark(told: Banded | null, x: (rad: number) => number, top: number) {
+  if (!told?.band) return nothing;
+  const [low, high] = ends(told.band, x, LEAST);
+  const [up, down] = [top - ABOVE, top + BELOW];
+  return svg`
+    <rect class="span" x=${low} y=${top} width=${high - low} height="12" />
+    <path class="band" d="M${low + 4} ${up} h-4 V${down} h4 M${high - 4} ${up} h4 V${down} h-4">
+      <title>${told.full}</title></path>`;
+}
+
+/**
+ * What is certain, in one line; from the second level on between which rudders and for which
+ * errors, on the third why there is no band.
+ */
+export function bandWords(told: Banded | null, level: Level) {
+  if (!told?.band)
+    return level > 2 && told ? html`<p class="certain">${told.full}</p>` : nothing;
+  const sure = told.short.startsWith("certain");
+  return html`<p class=${sure ? "certain sure" : "certain"} aria-label="Certainty of the rudder" role="note">
+    ${told.short}${level > 1 ? html`: <span>${told.full}</span>` : nothing}</p>`;
+}
