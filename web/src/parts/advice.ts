@@ -181,7 +181,7 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
         <path d="M${x(other)} ${BAR} l-7 -12 h14 z" fill="var(--gh-panel)" stroke="var(--gh-compare)"
           stroke-width="2" />`}
       ${order == null ? nothing : svg`
-        <path d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`}
+        <path class="order-mark" d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`}
     </svg>
   `;
 }
