@@ -40,12 +40,12 @@ GOLDEN = [
     # rudder, band; what is certain; between which rudders
     (3.0, (2.13, 5.0), "certain: to starboard", "between 2.1° and 5.0° to starboard"),
     (-1.0, (-1.42, -0.61), "certain: to port", "between 0.6° and 1.5° to port"),
-    (3.0, (0.2, 4.0), "not certain: to starboard", "between 0.2° and 4.0° to starboard"),
-    (1.0, (-1.25, 3.0), "not certain: to starboard",
+    (3.0, (0.2, 4.0), "side not certain", "between 0.2° and 4.0° to starboard"),
+    (1.0, (-1.25, 3.0), "side not certain",
      "between 1.3° to port and 3.0° to starboard"),
     (0.1, (-0.31, 0.4), "certain: amidships", "between 0.4° to port and 0.4° to starboard"),
-    (0.1, (-0.1, 0.7), "not certain: amidships", "between 0.1° to port and 0.7° to starboard"),
-    (0.4, (0.3, 0.8), "not certain: amidships", "between 0.3° and 0.8° to starboard"),
+    (0.1, (-0.1, 0.7), "amidships not certain", "between 0.1° to port and 0.7° to starboard"),
+    (0.4, (0.3, 0.8), "amidships not certain", "between 0.3° and 0.8° to starboard"),
     (5.0, (4.999, 5.0), "certain: to starboard", "between 4.9° and 5.0° to starboard"),
     (5.0, (5.0, 5.0), "certain: to starboard", "5.0° to starboard"),
 ]  # fmt: skip
@@ -60,7 +60,7 @@ def test_golden_words(rudder, ends, short, between):
 
 def test_a_band_of_all_rudders_proves_nothing():
     frame = sailed(3.0, band(-5.0, 5.0))[0]
-    assert in_short(frame) == "not certain: to starboard"
+    assert in_short(frame) == "side not certain"
     assert in_full(frame) == f"any rudder is possible {WITHIN}"
 
 

@@ -40,7 +40,7 @@ export class Store {
   /** Asked, and not answered yet. */
   asking = false;
   /** The certified band that was told last: of which frame, it says itself. */
-  private banded: Banded | null = null;
+  banded: Banded | null = null;
   alarms: Alarm[] = [];
   notices: Notice[] = [];
   rows: Ranked[] = [];

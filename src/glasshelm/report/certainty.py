@@ -17,14 +17,14 @@ _AT_LIMIT = 1e-4
 
 
 def in_short(frame: Frame) -> str:
-    """``certain: to starboard``, ``not certain: amidships``; empty without a band."""
+    """``certain: to starboard``, ``certain: amidships``, or that it is not; or nothing at all."""
     if frame.band is None or frame.decision is None:
         return ""
     rudder = frame.decision.rudder_rad
     if helm(rudder).startswith("rudder amidships"):
         sure = all(helm(end).startswith("rudder amidships") for end in _ends(frame.band))
-        return f"{_certain(sure)}: amidships"
-    return f"{_certain(frame.band.turn == side(rudder))}: to {side(rudder)}"
+        return "certain: amidships" if sure else "amidships not certain"
+    return f"certain: to {side(rudder)}" if frame.band.turn == side(rudder) else "side not certain"
 
 
 def in_full(frame: Frame) -> str:
@@ -58,10 +58,6 @@ def _as_certain(frame: Frame, first: Band) -> bool:
 
 def _what_for(band: Band) -> tuple[str | None, float, float, float]:
     return band.turn, band.position_m, band.course_rad, band.speed_m_s
-
-
-def _certain(sure: bool) -> str:
-    return "certain" if sure else "not certain"
 
 
 def _ends(band: Band) -> tuple[float, float]:

@@ -130,7 +130,7 @@ export class Advice extends LitElement {
           : html`<span class="side soft">No advice</span>`}
       </div>
       ${gauge(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
-      ${bandWords(band, store.settings.all.level)}
+      ${bandWords(band, stale ? null : store.banded, store.settings.all.level)}
       <dl class="number">
         <div><dt>Rudder</dt><dd>${frame.own.rudder_rad == null ? "no sensor" : rudder(frame.own.rudder_rad)}</dd></div>
         <div><dt>Heading</dt><dd>${course(frame.own.heading_rad)}</dd></div>

@@ -1,6 +1,7 @@
 /** The certified rudder band: a bracket on the rudder scale, and what it means in a line. */
 
 import { css, html, nothing, svg } from "lit";
+import { classMap } from "lit/directives/class-map.js";
 
 import { ends } from "../domain/band";
 import type { Level } from "../settings";
@@ -25,7 +26,6 @@ export const bandStyle = css`
     margin: 2px 0 0;
     font-size: 12px;
     line-height: 1.35;
-    min-height: 1.35em;
     text-wrap: pretty;
   }
   .certain::first-letter {
@@ -33,6 +33,9 @@ export const bandStyle = css`
   }
   .certain.sure {
     font-weight: 600;
+  }
+  .certain.unseen {
+    visibility: hidden;
   }
   .certain:not(.sure) {
     color: var(--gh-soft);
@@ -52,12 +55,14 @@ export function bandMark(told: Banded | null, x: (rad: number) => number, top: n
 
 /**
  * What is certain, in one line; from the second level on between which rudders and for which
- * errors, on the third why there is no band.
+ * errors, on the third why there is no band. Until the band of a new frame comes, the line of the
+ * `last` one holds its place, unseen.
  */
-export function bandWords(told: Banded | null, level: Level) {
-  if (!told?.band)
-    return level > 2 && told ? html`<p class="certain">${told.full}</p>` : nothing;
-  const sure = told.short.startsWith("certain");
-  return html`<p class=${sure ? "certain sure" : "certain"} aria-label="Certainty of the rudder" role="note">
-    ${told.short}${level > 1 ? html`: <span>${told.full}</span>` : nothing}</p>`;
+export function bandWords(told: Banded | null, last: Banded | null, level: Level) {
+  if (told && !told.band) return level > 2 ? html`<p class="certain">${told.full}</p>` : nothing;
+  const shown = told ?? last;
+  if (!shown?.band) return nothing;
+  const kind = { certain: true, sure: shown.short.startsWith("certain"), unseen: !told };
+  return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${told ? nothing : "true"}>
+    ${shown.short}${level > 1 ? html`: <span>${shown.full}</span>` : nothing}</p>`;
 }
