@@ -1,7 +1,7 @@
 """How wide certified rudder bands are, and whether any error leads out of them.
 
     python benchmarks/certify.py [--pilots NAME ...] [--scenes 64] [--samples 512] [--cells 17]
-    python benchmarks/certify.py --alone [--scenes 20]    # how long one band takes, as on the bridge
+    python benchmarks/certify.py --alone [--scenes 20]    # single bands, as on the bridge
 
 Scenes are drawn from the pilots' own voyages (2400 s, fixed random encounters). At each noise
 level a scene is searched for the widest rudders: errors drawn evenly and from the corners,
