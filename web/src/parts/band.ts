@@ -8,15 +8,15 @@ import type { Level } from "../settings";
 import type { Banded } from "../wire";
 
 /** The bracket's ends are at least so far apart [px]. */
-const LEAST = 8;
-/** How far it reaches above and below the bar [px]. */
-const [ABOVE, BELOW] = [6, 15];
+const LEAST = 14;
+/** How far it reaches above and below the bar's upper edge, and how long its hooks are [px]. */
+const [ABOVE, BELOW, HOOK] = [4, 16, 4];
 
 export const bandStyle = css`
   .band {
     fill: none;
     stroke: var(--gh-ink);
-    stroke-width: 2.5;
+    stroke-width: 2;
   }
   .span {
     fill: var(--gh-path);
@@ -49,7 +49,8 @@ export function bandMark(told: Banded | null, x: (rad: number) => number, top: n
   const [up, down] = [top - ABOVE, top + BELOW];
   return svg`
     <rect class="span" x=${low} y=${top} width=${high - low} height="12" />
-    <path class="band" d="M${low + 4} ${up} h-4 V${down} h4 M${high - 4} ${up} h4 V${down} h-4">
+    <path class="band" d="M${low + HOOK} ${up} h-${HOOK} V${down} h${HOOK}
+      M${high - HOOK} ${up} h${HOOK} V${down} h-${HOOK}">
       <title>${told.full}</title></path>`;
 }
 
