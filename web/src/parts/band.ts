@@ -28,17 +28,22 @@ export const bandStyle = css`
     line-height: 1.35;
     text-wrap: pretty;
   }
-  .certain::first-letter {
+  .certain strong::first-letter {
     text-transform: uppercase;
   }
-  .certain.sure {
+  .certain strong {
+    display: block;
     font-weight: 600;
   }
   .certain.unseen {
     visibility: hidden;
   }
-  .certain:not(.sure) {
+  .certain,
+  .certain.unsure strong {
     color: var(--gh-soft);
+  }
+  .certain strong {
+    color: var(--gh-ink);
   }
 `;
 
@@ -63,7 +68,7 @@ export function bandWords(told: Banded | null, last: Banded | null, level: Level
   if (told && !told.band) return level > 2 ? html`<p class="certain">${told.full}</p>` : nothing;
   const shown = told ?? last;
   if (!shown?.band) return nothing;
-  const kind = { certain: true, sure: shown.short.startsWith("certain"), unseen: !told };
+  const kind = { certain: true, unsure: !shown.short.startsWith("certain"), unseen: !told };
   return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${told ? nothing : "true"}>
-    ${shown.short}${level > 1 ? html`: <span>${shown.full}</span>` : nothing}</p>`;
+    <strong>${shown.short}</strong>${level > 1 ? shown.full : nothing}</p>`;
 }
