@@ -110,6 +110,24 @@ def test_as_many_bounds_as_there_is_time_for(computing, stands_s, cells):
     assert (heard[0][1]["band"] is not None) == (cells > 0)
 
 
+def test_a_machine_that_was_busy_is_tried_again(computing):
+    work = computing(0.001)
+
+    async def play() -> None:
+        beside = Bands(ERRORS, pilot_named, lambda told: None)
+        beside._batch_s.extend([1.5] * 5)  # too long for frames of 5 s
+        task = asyncio.create_task(beside.run())
+        for k in range(100):
+            beside.want([frame(5.0 * k)], 5.0)
+            await asyncio.sleep(0.01)
+        task.cancel()
+        beside.close()
+
+    asyncio.run(play())
+    assert work.asked[0][1] == 0
+    assert any(cells > 0 for _, cells in work.asked)
+
+
 def test_without_errors_nothing_is_told(computing):
     work = computing(0.0)
 

@@ -32,6 +32,9 @@ SHARE = 0.25
 _GUESS_S = 0.1
 #: The median of so many counts: one that had to compile is none of them.
 _LAST = 5
+#: A frame without time for a band makes what was measured count so much less: a machine that was
+#: busy may be free again.
+_FORGET = 0.97
 _log = logging.getLogger("glasshelm.bridge")
 
 
@@ -91,14 +94,21 @@ class Bands:
                 self._tell(self.told)
             if message.band is not None and frames[-1].band is None:
                 self._batch_s.append(took_s / _batches(cells))
-                await asyncio.sleep((1 / SHARE - 1) * median(self._batch_s) * _batches(cells))
+                await asyncio.sleep((1 / SHARE - 1) * self._usual_s * _batches(cells))
+            elif cells == 0:
+                self._batch_s.append(max(_FORGET * self._usual_s, min(_GUESS_S, self._usual_s)))
+
+    @property
+    def _usual_s(self) -> float:
+        """What a batch of bounds takes."""
+        return median(self._batch_s)
 
     def close(self) -> None:
         self._thread.shutdown(wait=True, cancel_futures=True)
 
     def _cells(self, stands_s: float) -> int:
         """As many bounds as there is time for; 0 if not even one."""
-        batches = min(SHARE * stands_s / median(self._batch_s), _batches(CELLS))
+        batches = min(SHARE * stands_s / self._usual_s, _batches(CELLS))
         return 0 if batches < 1 else 1 + ALONE * (int(batches) - 1)
 
 
