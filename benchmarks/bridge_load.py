@@ -1,11 +1,13 @@
 """How fast frames reach their viewers: 200 targets, a frame a second, 20 viewers, for ten minutes.
 
     python benchmarks/bridge_load.py [--minutes 10] [--viewers 20] [--targets 200] [--pilot NAME]
+        [--rate 5] [--errors 10,0.5,0.1]
 
 Starts a bridge in a process of its own, plays a random encounter at ×5 (a frame
 of 5 s every second) and opens the viewers in this one. Latency is from the
 frame's ``sent_utc`` to its last byte being here, on the same clock. Memory is
-the server's resident set, read from /proc once in five seconds.
+the server's resident set, read from /proc once in five seconds. With a sum pilot it is
+told how long after their frames certified bands come, and with which share of the frames.
 ``--slow`` adds a viewer who reads nothing.
 """
 
@@ -34,10 +36,12 @@ def main() -> None:
     parser.add_argument("--viewers", type=int, default=20)
     parser.add_argument("--targets", type=int, default=200)
     parser.add_argument("--pilot", default="paper-attention")
+    parser.add_argument("--rate", type=float, default=5.0)
+    parser.add_argument("--errors", default="10,0.5,0.1", help='of the certified bands; "off"')
     parser.add_argument("--slow", action="store_true")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as logs:
-        server, url = start(f"random:1:{args.targets}", args.pilot, logs)
+        server, url = start(f"random:1:{args.targets}", args.pilot, logs, args.errors)
         try:
             asyncio.run(measure(server.pid, url, args))
         finally:
@@ -45,9 +49,9 @@ def main() -> None:
             server.wait(timeout=60)
 
 
-def start(source: str, pilot: str, logs: str) -> tuple[subprocess.Popen[str], str]:
+def start(source: str, pilot: str, logs: str, errors: str) -> tuple[subprocess.Popen[str], str]:
     """A bridge in a process of its own, and its address (host:port)."""
-    options = ["--pilot", pilot, "--log", logs, "--no-open"]
+    options = ["--pilot", pilot, "--log", logs, "--no-open", "--errors", errors]
     command = [sys.executable, "-m", "glasshelm", "bridge", source, *options]
     server = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert server.stderr is not None
@@ -63,11 +67,16 @@ async def measure(pid: int, address: str, args: argparse.Namespace) -> None:
     async with connect(url, max_size=None) as first:
         await heard(first, "frame")  # all programs are compiled by then
         await asyncio.sleep(10)
-        await first.send('{"type":"rate","rate":5}')
+        if args.errors != "off" and "sum" in args.pilot:
+            await first.send('{"type":"pause"}')
+            await heard(first, "band")
+            await first.send('{"type":"play"}')
+        await first.send(json.dumps({"type": "rate", "rate": args.rate}))
     end = time.monotonic() + 60 * args.minutes
     latencies: list[list[float]] = [[] for _ in range(args.viewers)]
     sizes: list[int] = []
-    tasks = [asyncio.create_task(view(url, end, found, sizes)) for found in latencies]
+    waits: list[float] = []
+    tasks = [asyncio.create_task(view(url, end, found, sizes, waits)) for found in latencies]
     if args.slow:
         tasks.append(asyncio.create_task(sleep_through(url, end)))
     memory = asyncio.create_task(watch_memory(pid, end))
@@ -85,6 +94,13 @@ async def measure(pid: int, address: str, args: argparse.Namespace) -> None:
     )
     p50, p99, worst = np.percentile(ms, [50, 99, 100])
     print(f"latency   p50 {p50:.0f} ms, p99 {p99:.0f} ms, largest {worst:.0f} ms")
+    if waits:
+        p50, p99, worst = np.percentile(1000 * np.asarray(waits), [50, 99, 100])
+        share = len(waits) / sum(counts)
+        print(
+            f"bands     with {share:.0%} of the frames, after p50 {p50:.0f} ms, p99 {p99:.0f} ms, "
+            f"largest {worst:.0f} ms"
+        )
     print(f"dropped   {health['dropped_frames']} frames")
     first_third, last_third = np.median(rss[:third]), np.median(rss[-third:])
     print(f"memory    {first_third:.0f} MB in the first third, {last_third:.0f} MB in the last")
@@ -97,9 +113,12 @@ async def heard(socket, kind: str) -> bytes:
     raise SystemExit("the bridge closed the line")
 
 
-async def view(url: str, end: float, latencies: list[float], sizes: list[int]) -> None:
+async def view(
+    url: str, end: float, latencies: list[float], sizes: list[int], waits: list[float]
+) -> None:
     async with connect(url, max_size=None) as socket:
         await heard(socket, "frame")  # the present one was sent before she came
+        told = None
         while time.monotonic() < end:
             try:
                 text = await asyncio.wait_for(socket.recv(decode=False), 5)
@@ -112,6 +131,8 @@ async def view(url: str, end: float, latencies: list[float], sizes: list[int]) -
                 told = datetime.fromisoformat(sent[1].decode()).timestamp()
                 latencies.append(now - told)
                 sizes.append(len(text))
+            elif told is not None and text.startswith(b'{"type":"band"') and b'"low_rad"' in text:
+                waits.append(now - told)
 
 
 async def keep_playing(url: str, end: float) -> None:

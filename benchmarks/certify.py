@@ -1,6 +1,7 @@
 """How wide certified rudder bands are, and whether any error leads out of them.
 
     python benchmarks/certify.py [--pilots NAME ...] [--scenes 64] [--samples 512] [--cells 17]
+    python benchmarks/certify.py --alone [--scenes 20]    # single bands, as on the bridge
 
 Scenes are drawn from the pilots' own voyages (2400 s, fixed random encounters). At each noise
 level a scene is searched for the widest rudders: errors drawn evenly and from the corners,
@@ -21,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from glasshelm.certify.attack import attacked_rudders, random_rudders
-from glasshelm.certify.band import DEAD_ZONE_RAD, action_bounds, certifiable
+from glasshelm.certify.band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
 from glasshelm.certify.scene import Scene, SensorErrors, no_scene, recall
 from glasshelm.encounters.types import Encounter
 from glasshelm.learning.evaluate import evaluation_set
@@ -125,14 +126,40 @@ def measure(pilot: LearnedPilot, cells: int, scenes: Scene, level, samples: int)
     )
 
 
+def alone(pilot: LearnedPilot, scenes: Scene, cells: int) -> str:
+    """How long the band of one scene takes, one after the other."""
+    errors = errors_of(10, 0.5, 0.1)
+    wall, cpu = [], []
+    for k in range(scenes.present.shape[0]):
+        scene = jax.tree.map(lambda x, k=k: x[k], scenes)
+        began, used = time.perf_counter(), time.process_time()
+        certified_band(pilot, scene, errors, cells)
+        wall.append(time.perf_counter() - began)
+        cpu.append(time.process_time() - used)
+    p50, most = 1e3 * np.median(wall), 1e3 * max(wall)
+    return (
+        f"{pilot.name}, {cells} bounds: p50 {p50:.0f} ms, longest {most:.0f} ms; "
+        f"{1e3 * np.median(cpu):.0f} ms of CPU"
+    )
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pilots", nargs="+", default=["paper-sum", "large-ship-sum"])
     parser.add_argument("--scenes", type=int, default=64)
     parser.add_argument("--samples", type=int, default=512, help="random errors a scene")
     parser.add_argument("--cells", type=int, default=17, help="bounds a band")
+    parser.add_argument("--alone", action="store_true", help="time single bands")
     args = parser.parse_args()
 
+    if args.alone:
+        for name in args.pilots:
+            steersman = load(name)
+            drawn = scenes_of(steersman, args.scenes)
+            alone(steersman, drawn, 1)  # compiles
+            for cells in (1, 5, args.cells):
+                print(alone(steersman, drawn, cells), flush=True)
+        raise SystemExit
     print(HEAD, flush=True)
     for name in args.pilots:
         steersman = load(name)

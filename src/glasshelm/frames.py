@@ -73,6 +73,22 @@ class Sweep(_Part, frozen=True):
     collision: list[float]
 
 
+class Band(_Part, frozen=True):
+    """The certified rudder band: the pilot's rudder is in it while no sensor errs by more.
+
+    The errors are bounds for own ship and every target alike: of positions on
+    each axis, of heading and courses, of speeds. ``turn`` is the side that is
+    certain, ``starboard`` or ``port``; absent where neither is.
+    """
+
+    low_rad: float
+    high_rad: float
+    position_m: float
+    course_rad: float
+    speed_m_s: float
+    turn: str | None = None
+
+
 class Target(_Part, frozen=True):
     """A target: where she is, how near she will come, what the pilot makes of her.
 
@@ -126,7 +142,7 @@ class Frame(_Part, frozen=True):
     ``reward`` is of the step that led here (absent in the first frame);
     ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
     rudder 0 (Eq. 22). ``outside`` names what lies outside the training
-    distribution, in words.
+    distribution, in words. ``band`` is there where it was asked for.
     """
 
     time_s: float
@@ -144,3 +160,4 @@ class Frame(_Part, frozen=True):
     priority: ByTask | None = None
     sweep: Sweep | None = None
     outside: list[str] | None = None
+    band: Band | None = None

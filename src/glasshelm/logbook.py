@@ -9,7 +9,7 @@ import inspect
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -111,6 +111,12 @@ def read(path: str | Path) -> Iterator[Frame]:
                 if not line.endswith(b"\n"):
                     return
                 raise InputError(f"{path}: line {number} is not a frame ({error})") from None
+
+
+def begins(frames: Sequence[Frame], k: int) -> bool:
+    """Whether nothing was remembered before frame k: the one without a reward among others."""
+    beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
+    return frames[k].reward is None and beside.reward is not None
 
 
 def schema() -> str:

@@ -30,12 +30,18 @@ def test_of_too_many_frames_the_newest_stay_and_the_others_are_counted():
 
 def test_a_history_replaces_what_came_before_it():
     outbox = Outbox()
-    for kind, text in (("history", b"old"), ("frame", b"1"), ("history", b"new"), ("frame", b"2")):
+    for kind, text in (
+        ("history", b"old"),
+        ("frame", b"1"),
+        ("band", b"of 1"),
+        ("history", b"new"),
+        ("frame", b"2"),
+    ):
         outbox.put(kind, text)
     assert emptied(outbox) == [b"new", b"2"]
 
 
-@pytest.mark.parametrize("kind", ["session", "alarms"])
+@pytest.mark.parametrize("kind", ["session", "alarms", "band"])
 def test_only_the_newest_state_is_sent(kind):
     outbox = Outbox()
     for k in range(50):

@@ -66,5 +66,14 @@ def test_a_band_beyond_the_dead_zone_is_a_turn():
 
 
 def test_only_a_sum_can_be_certified():
-    with pytest.raises(InputError, match="only the rudder of a sum actor"):
+    with pytest.raises(InputError, match="attention actor; only a sum"):
         certified_band(untrained("attention"), one_of(scenes(), 0), errors(*LEVELS[1]))
+
+
+def test_a_scene_alone_is_the_same_as_among_others_and_may_be_empty():
+    pilot, limit = load("paper-sum"), np.radians(5.0)
+    together = action_bounds(pilot.actor, scenes(), errors(*LEVELS[1]), cells=5)
+    for number in (0, 3):  # nobody is there in the first
+        alone = certified_band(pilot, one_of(scenes(), number), errors(*LEVELS[1]), cells=5)
+        assert alone.low_rad == pytest.approx(limit * together[0][number], abs=1e-5)
+        assert alone.high_rad == pytest.approx(limit * together[1][number], abs=1e-5)

@@ -2,6 +2,7 @@
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 
+import { bandOf } from "./domain/band";
 import { carriedOn } from "./domain/between";
 import { Book, PLACES, type Palette } from "./domain/colours";
 import { added, lighten, MOST_FRAMES } from "./domain/history";
@@ -10,7 +11,7 @@ import { foremost, largestDanger, ranked, roundScale, type Ranked } from "./doma
 import { Link, socketUrl, type LinkState } from "./link";
 import { Settings } from "./settings";
 import type {
-  Alarm, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Session, Target,
+  Alarm, Banded, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Session, Target,
   ToServer, WhatIf,
 } from "./wire";
 
@@ -40,6 +41,8 @@ export class Store {
   whatIf: WhatIf | null = null;
   /** Asked, and not answered yet. */
   asking = false;
+  /** The certified band that was told last: of which frame, it says itself. */
+  banded: Banded | null = null;
   alarms: Alarm[] = [];
   notices: Notice[] = [];
   rows: Ranked[] = [];
@@ -122,6 +125,11 @@ export class Store {
     return this.hovered ?? this.selected;
   }
 
+  /** The certified band of the rudder shown, or why there is none; null while nothing is known. */
+  get band(): Banded | null {
+    return bandOf(this.banded, this.now?.frame ?? null);
+  }
+
   // What the viewer does
 
   select(id: string | null): void {
@@ -197,6 +205,9 @@ export class Store {
         this.alarms = message.alarms;
         this.rank();
         break;
+      case "band":
+        this.banded = message;
+        break;
       case "whatif":
         this.asking = false;
         this.whatIf = message;
@@ -229,6 +240,7 @@ export class Store {
     this.frames = [];
     this.compareFrames = [];
     this.now = this.shown = null;
+    this.banded = null;
     this.path = [];
     this.frameAt_ms = null;
     this.alarms = [];
@@ -246,6 +258,7 @@ export class Store {
     this.compareFrames = compare.slice(-MOST_FRAMES);
     this.compareFrames.forEach(lighten);
     this.path = [];
+    this.banded = null;
     this.now = last ? { frame: last } : null;
     this.shown = null;
     this.frameAt_ms = last ? performance.now() : null;

@@ -89,6 +89,17 @@ export interface Sweep {
   collision: number[];
 }
 
+/** Between its ends the pilot's rudder stays while no sensor errs by more than so much. */
+export interface Band {
+  low_rad: number;
+  high_rad: number;
+  position_m: number;
+  course_rad: number;
+  speed_m_s: number;
+  /** The side that is certain, if one is. */
+  turn?: "starboard" | "port" | null;
+}
+
 export interface Frame {
   time_s: number;
   pilot: string;
@@ -105,6 +116,7 @@ export interface Frame {
   priority?: ByTask | null;
   sweep?: Sweep | null;
   outside?: string[] | null;
+  band?: Band | null;
 }
 
 export type SourceKind = "simulated" | "recorded" | "live";
@@ -210,6 +222,18 @@ export interface WhatIf {
   other: [number, number][];
 }
 
+/** The certified rudder band of one frame: of that time, pilot and rudder, and of no other. */
+export interface Banded {
+  time_s: number;
+  pilot: string;
+  rudder_rad: number | null;
+  band: Band | null;
+  /** What is certain; empty without a band. */
+  short: string;
+  /** Between which rudders and for which errors; or why there is no band. */
+  full: string;
+}
+
 export type FromServer =
   | { type: "hello"; version: string; catalogue: Catalogue; limits: Limits }
   | { type: "preparing"; what: string | null }
@@ -218,6 +242,7 @@ export type FromServer =
   | ({ type: "frame" } & Instant)
   | { type: "alarms"; alarms: Alarm[] }
   | ({ type: "whatif" } & WhatIf)
+  | ({ type: "band" } & Banded)
   | { type: "failure"; message: string }
   | { type: "notice"; message: string }
   | { type: "pong" };

@@ -42,7 +42,10 @@ def application(
 
     @contextlib.asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(conductor.keep_time())]
+        tasks = [
+            asyncio.create_task(conductor.keep_time()),
+            asyncio.create_task(conductor.bands.run()),
+        ]
         if first is not None:
             tasks.append(asyncio.create_task(conductor.show(first)))
         if conductor.writer is not None:

@@ -3,12 +3,14 @@
 The event loop only waits, and hands out what came of it. The session shown has
 a worker thread to itself, one thing at a time. What may take long (another
 session, another pilot, whose programs are to be compiled first) is prepared in
-a second thread while frames, alarms and answers go on; questions have a third.
+a second thread while frames, alarms and answers go on; questions have a third, and
+rudder bands a fourth.
 """
 
 import asyncio
 import contextlib
 import logging
+import math
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +19,7 @@ from typing import TypeVar
 
 from glasshelm import __version__
 from glasshelm.bridge import messages as m
+from glasshelm.bridge.bands import Bands
 from glasshelm.bridge.catalogue import Catalogue
 from glasshelm.bridge.opening import opened
 from glasshelm.bridge.outbox import Outbox
@@ -24,6 +27,7 @@ from glasshelm.bridge.questions import Question, answered
 from glasshelm.bridge.session import Session
 from glasshelm.bridge.stage import Stage, Told
 from glasshelm.bridge.turns import Turns
+from glasshelm.certify.declared import Errors
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import OWN_STALE_S
 from glasshelm.feeds.write_back import WriteBack
@@ -46,10 +50,17 @@ class Conductor:
     ``asked`` counts all messages of viewers, ``refused`` those of them that were
     none, ``failed`` those that asked for what cannot be done; ``dropped`` the
     frames that viewers who have left were too slow for. ``writer`` is told of every
-    frame of live traffic, and falls silent where there is none of now.
+    frame of live traffic, and falls silent where there is none of now. Rudder bands are
+    for these ``errors`` of the sensors, and there are none without them.
     """
 
-    def __init__(self, catalogue: Catalogue, logs: Path, writer: WriteBack | None = None):
+    def __init__(
+        self,
+        catalogue: Catalogue,
+        logs: Path,
+        writer: WriteBack | None = None,
+        errors: Errors | None = None,
+    ):
         self.catalogue, self.logs = catalogue, logs
         self.writer = writer
         self.viewers: set[Outbox] = set()
@@ -70,6 +81,7 @@ class Conductor:
         self._questions: set[asyncio.Task[None]] = set()
         self._requests: set[asyncio.Task[None]] = set()
         self._turns: dict[Outbox, Turns] = {}
+        self.bands = Bands(errors, catalogue.pilot, self._tell)
 
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
@@ -80,7 +92,7 @@ class Conductor:
         async with self._lock:
             if self._stage is not None:
                 viewer.put("session", self._session_now(self._stage))
-                for kind, message in await self._work(self._stage.present):
+                for kind, message in [*await self._work(self._stage.present), *self.bands.told]:
                     viewer.put(kind, message)
             self.viewers.add(viewer)
 
@@ -178,6 +190,7 @@ class Conductor:
         self._preparer.shutdown(wait=True, cancel_futures=True)
         self._worker.shutdown(wait=True, cancel_futures=True)
         self._thinker.shutdown(wait=True, cancel_futures=True)
+        self.bands.close()
         if self._stage is not None:
             self._stage.close()
 
@@ -292,6 +305,7 @@ class Conductor:
             self._playing, self._rate = True, 1.0
             # Again, as there is one log more.
             self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
+            self._certify()
 
     async def _listen(self, session: Session) -> None:
         try:
@@ -306,6 +320,7 @@ class Conductor:
         """A request after which the page begins anew."""
         told = await self._work(jump)
         self._tell([("session", self._session_now(self._there())), *told])
+        self._certify()
 
     async def _advance(self) -> None:
         stage = self._stage
@@ -325,6 +340,7 @@ class Conductor:
             if live or told is None:
                 self._set(stage, live, self._rate)
             self._tell(told or [])
+            self._certify()
             self._write_back(stage if told else None)
 
     def _write_back(self, stage: Stage | None) -> None:
@@ -340,6 +356,15 @@ class Conductor:
     def _set(self, stage: Stage, playing: bool, rate: float) -> None:
         self._playing, self._rate = playing, rate
         self._tell([("session", self._session_now(stage))])
+        self._certify()
+
+    def _certify(self) -> None:
+        """The frame shown stands until the next one is due: is there time for its band?"""
+        stage = self._stage
+        if stage is None:
+            return
+        every = stage.session.step_s / self._rate if self._playing else math.inf
+        self.bands.want(stage.recent, every)
 
     async def _hello(self) -> Told:
         """What there is to open, and the limits of the alarms."""

@@ -39,6 +39,10 @@ class Lookout:
             self._recent.append(frame)
             self._rules.see(frame)
 
+    def recent(self, count: int) -> tuple[Frame, ...]:
+        """The last frames seen, as far as there are so many."""
+        return tuple(self._recent)[-count:]
+
     def see(self, frame: Frame, ahead: Predicted | None) -> Beside:
         """What is to be told of the next frame."""
         self._recent.append(frame)

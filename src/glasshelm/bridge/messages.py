@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from glasshelm.errors import InputError
+from glasshelm.frames import Band
 
 #: Longer messages of a viewer are refused [bytes].
 LARGEST = 64 * 1024
@@ -257,6 +258,21 @@ class Answer(_Said, frozen=True, tag="whatif"):
     sentence: str
     fact: list[list[float]]
     other: list[list[float]]
+
+
+class Banded(_Said, frozen=True, tag="band"):
+    """The certified rudder band of one frame: of that time, pilot and rudder, and of no other.
+
+    ``short`` says what is certain, ``full`` between which rudders and for which errors, or why
+    there is no band.
+    """
+
+    time_s: float
+    pilot: str
+    rudder_rad: float | None
+    band: Band | None
+    short: str
+    full: str
 
 
 class Failure(_Said, frozen=True):

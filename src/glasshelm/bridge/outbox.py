@@ -8,14 +8,14 @@ MOST_FRAMES = 8
 #: Other messages that wait at most.
 MOST_OTHERS = 32
 #: Of these only the newest means anything.
-_NEWEST = ("hello", "preparing", "session", "alarms")
+_NEWEST = ("hello", "preparing", "session", "alarms", "band")
 
 
 class Outbox:
     """Messages in order, each of a kind; ``dropped`` counts the frames left out.
 
-    A new history replaces the frames that wait; a new session or list of
-    alarms the old one.
+    A new history replaces the frames that wait, and the band of one of them; a new session, list
+    of alarms or band the old one.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Outbox:
     def put(self, kind: str, message: bytes) -> None:
         """Add a message; called in the event loop."""
         if kind == "history":
-            self._leave_out("history", "frame")
+            self._leave_out("history", "frame", "band")
         elif kind in _NEWEST:
             self._leave_out(kind)
         elif kind == "frame":

@@ -11,6 +11,7 @@ from glasshelm.bridge.lookout import Lookout
 from glasshelm.bridge.session import Predicted, Session
 from glasshelm.frames import Frame
 from glasshelm.pilots.types import Pilot
+from glasshelm.world.observe import FRAMES
 
 #: A message and its kind.
 Told = tuple[str, bytes]
@@ -40,6 +41,11 @@ class Stage:
     def frame(self) -> Frame | None:
         """The frame shown."""
         return self._frame
+
+    @property
+    def recent(self) -> tuple[Frame, ...]:
+        """The frame shown and those before it that the pilot saw (Eq. 12)."""
+        return self._lookout.recent(FRAMES)
 
     @property
     def alarms(self) -> list[m.Alarm]:

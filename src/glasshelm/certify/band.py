@@ -21,13 +21,14 @@ from glasshelm.errors import InputError
 from glasshelm.networks.actors import SumActor
 from glasshelm.networks.mlp import softsign
 from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.types import Pilot
 
 #: Rudders within so much of midships are no turn [rad].
 DEAD_ZONE_RAD = 0.25 * np.pi / 180.0
 #: What float32 may lose in the actor itself, as a fraction of the rudder limit.
 ROUNDING = 2e-5
-#: So many cells go through the network at a time.
-CHUNK = 16
+#: So many cells of many scenes go through the network at a time, and of one scene alone.
+CHUNK, ALONE = 16, 4
 #: A ship for slots that nobody is in: her bounds are not used.
 _HARMLESS = np.array([3000.0, 4000.0, 0.0, 5.0, 3.0, 5.0])
 
@@ -82,10 +83,12 @@ def certified_band(pilot: LearnedPilot, scene: Scene, errors: SensorErrors, cell
     return Band(float(low[0]) * limit, float(high[0]) * limit)
 
 
-def certifiable(pilot: LearnedPilot) -> SumActor:
-    """Her actor. InputError if it is not a sum."""
+def certifiable(pilot: Pilot) -> SumActor:
+    """Her actor. InputError if she has none or it is not a sum."""
+    if not isinstance(pilot, LearnedPilot):
+        raise InputError(f"{pilot.name} has no network; only a sum actor can be certified")
     if not isinstance(pilot.actor, SumActor):
-        raise InputError(f"pilot {pilot.name}: only the rudder of a sum actor can be certified")
+        raise InputError(f"{pilot.name} has an attention actor; only a sum can be certified")
     return pilot.actor
 
 
@@ -139,10 +142,11 @@ def _bounded(
     actor: SumActor, scenes: _Plots, unit: Float[np.ndarray, " k"], cells: list[_Cell]
 ) -> list[_Cell]:
     """Cells with their bounds."""
+    chunk = CHUNK if len(scenes.present) > 1 else ALONE
     found = []
-    for start in range(0, len(cells), CHUNK):
-        some = cells[start : start + CHUNK]
-        filled = some + [some[-1]] * (CHUNK - len(some))
+    for start in range(0, len(cells), chunk):
+        some = cells[start : start + chunk]
+        filled = some + [some[-1]] * (chunk - len(some))
         which = np.array([cell.scene for cell in filled])
         centres = np.stack([cell.centre for cell in filled]) * unit
         # Cells overlap by what rounding may open between them.
@@ -173,6 +177,8 @@ def _forms(
     theirs = np.concatenate([each[..., :2], 0 * each[..., :2], each[..., 2:]], -1)
     ahead = waypoint_inputs(actor.lens, scenes.waypoint[which] + mine, radii[:, :OWN])
     cell, slot = np.nonzero(scenes.present[which])
+    if not cell.size:  # where nobody is, one is asked all the same: her row is not used
+        cell = slot = np.zeros(1, int)
     plots = scenes.targets[which[cell], slot] + mine[cell] + theirs[cell, slot][:, None]
     spread = radii[:, OWN:].reshape(count, slots, EACH)
     rows = target_inputs(actor.lens, plots, radii[cell, :OWN], spread[cell, slot])

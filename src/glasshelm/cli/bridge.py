@@ -17,6 +17,7 @@ def run(
     host: str = "127.0.0.1",
     port: int | None = None,
     token: str | None = None,
+    errors: str = "10,0.5,0.1",
     write_back: bool = False,
     signalk_token: str | None = None,
     open_: Annotated[bool, tyro.conf.arg(name="open")] = True,
@@ -40,6 +41,8 @@ def run(
         host: Address to serve on; any but this machine's own needs a token.
         port: Port to serve on (default: 8470, or a free one if it is taken).
         token: A secret that viewers must know, 12 characters or more.
+        errors: Largest errors of the sensors, in metres, degrees and knots, for which the certified
+            rudder band of a sum pilot is shown; "off" for no band.
         write_back: Write rudder target, closest approaches and alarms back to the Signal K source.
         signalk_token: A token of the Signal K server, needed for writing back.
         open_: Open the page in the browser.
@@ -56,11 +59,13 @@ def run(
     from glasshelm.bridge.logs import Shelf, default_logs
     from glasshelm.bridge.opening import prepared, replayed
     from glasshelm.bridge.serve import address, bind, serve
+    from glasshelm.certify.declared import declared
     from glasshelm.feeds.source import signalk_server
     from glasshelm.feeds.write_back import WriteBack
 
     console = Console(stderr=True)
     guard = Guard(host, token)
+    bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
     catalogue = Catalogue(Shelf(logs), source, pilot)
     if replay is not None:
@@ -71,7 +76,7 @@ def run(
     writer = WriteBack(signalk_server(source, signalk_token)) if write_back else None
     bound = bind(host, port)
     url = address(bound, token)
-    app = application(Conductor(catalogue, logs, writer), guard, first)
+    app = application(Conductor(catalogue, logs, writer, bounds), guard, first)
 
     def ready() -> None:
         console.print(f"bridge: {url}", markup=False, highlight=False, soft_wrap=True)

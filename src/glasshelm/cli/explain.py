@@ -13,6 +13,7 @@ def run(
     own: str | None = None,
     at: str | None = None,
     advise: bool = False,
+    errors: str | None = None,
     out: Path = Path("explained"),
     steps: int | None = None,
     open_: Annotated[bool, tyro.conf.arg(name="open")] = False,
@@ -32,6 +33,8 @@ def run(
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
         advise: Own ship keeps her recorded track; the pilot only advises.
+        errors: Largest errors of the sensors (10,0.5,0.1: metres, degrees, knots); every frame of a
+            sum pilot then carries its certified rudder band.
         out: Folder for frames, figures and report; files of those names are replaced.
         steps: Steps of 5 s (default: as long as the source lasts).
         open_: Open the report in the browser.
@@ -42,8 +45,11 @@ def run(
     from rich.console import Console
     from rich.progress import Progress
 
+    from glasshelm.certify.declared import declared
+    from glasshelm.certify.logged import with_bands
     from glasshelm.errors import InputError
     from glasshelm.logbook import read
+    from glasshelm.whatif.source import pilot_of
 
     console = Console(stderr=True)
     title, notes = None, ()
@@ -51,6 +57,8 @@ def run(
         if advise or any(x is not None for x in (pilot, own, at, steps)):
             raise InputError(f"{source}: a log is told as it is; leave out pilot, own, at, steps")
         frames = list(read(source))
+        if errors is not None and frames:
+            frames = list(with_bands(frames, pilot_of(frames[0]), declared(errors)))
         if not frames:
             raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
@@ -65,6 +73,9 @@ def run(
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
         console.print(title, markup=False)
         count = steps_of(scenario, steps)
+        voyage = sail(scenario, helm, count, advise)
+        if errors is not None:
+            voyage = with_bands(voyage, helm, declared(errors))
         frames = []
         with (
             Logbook(out / "frames.jsonl", fresh=True) as log,
@@ -72,7 +83,7 @@ def run(
         ):
             task = bar.add_task("sailing", total=count + 1)
             try:
-                for frame in sail(scenario, helm, count, advise):
+                for frame in voyage:
                     log.write(frame)
                     frames.append(frame)
                     bar.advance(task)

@@ -13,6 +13,7 @@ def run(
     own: str | None = None,
     at: str | None = None,
     advise: bool = False,
+    errors: str | None = None,
     out: Path = Path("frames.jsonl"),
     parquet: Path | None = None,
     steps: int | None = None,
@@ -30,6 +31,8 @@ def run(
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
         advise: Own ship keeps her recorded track; the pilot only advises.
+        errors: Largest errors of the sensors (10,0.5,0.1: metres, degrees, knots); every frame of a
+            sum pilot then carries its certified rudder band.
         out: The log; a file of that name is replaced.
         parquet: Also write the frames as a Parquet table.
         steps: Steps of 5 s (default: as long as the source lasts).
@@ -40,6 +43,8 @@ def run(
     from rich.console import Console
     from rich.progress import track
 
+    from glasshelm.certify.declared import declared
+    from glasshelm.certify.logged import with_bands
     from glasshelm.encounters.source import scenario_from
     from glasshelm.logbook import Logbook, read
     from glasshelm.parquet import check_parquet, to_parquet
@@ -55,6 +60,8 @@ def run(
     scenario = scenario_from(source, ship_named(ship), own, at)
     count = steps_of(scenario, steps)
     frames = sail(scenario, helm, count, advise)
+    if errors is not None:
+        frames = with_bands(frames, helm, declared(errors))
     summary = Summary()
     console.print(f"{scenario.title}, pilot {helm.name}", markup=False)
     for note in scenario.notes:

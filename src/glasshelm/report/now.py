@@ -14,6 +14,7 @@ from jaxtyping import Float
 from glasshelm.figures.series import Series, series
 from glasshelm.frames import Frame
 from glasshelm.geometry import CPA_HORIZON_S
+from glasshelm.report.certainty import certain
 from glasshelm.report.episodes import RELEASE_RAD, TURN_RAD, Episode
 from glasshelm.report.reasons import doubts, why
 from glasshelm.report.rules import Kinds
@@ -84,7 +85,7 @@ def _why(voyage: Series, frame: Frame, kinds: Kinds | None) -> str:
     reasons = why(voyage, present).lstrip(":; ")
     text = f"{reasons[:1].upper()}{reasons[1:]}"
     more = doubts(voyage, present, kinds=kinds).rstrip(".")
-    return f"{text}. {more}" if more else text
+    return ". ".join(part for part in (text, more, certain(voyage, np.array([last]))) if part)
 
 
 def _begun(voyage: Series) -> int:

@@ -30,7 +30,7 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     frame ``told_at``: by default of the beginning, when the decision was made.
     """
     k = episode.start if told_at is None else told_at
-    at = _acting(voyage, episode)
+    at = acting(voyage, episode)
     rudder, alone = _mean(voyage.rudder_rad, at), _mean(voyage.alone_rad, at)
     if np.isnan(alone):
         return f"; {_nearest(voyage, k)}"
@@ -70,7 +70,7 @@ def doubts(
     ``kinds`` are those of :func:`glasshelm.report.rules.rule_against`.
     """
     k = episode.start if told_at is None else told_at
-    at = _acting(voyage, episode)
+    at = acting(voyage, episode)
     way = np.sign(_mean(voyage.rudder_rad, at)) or 1.0
     moving = _moving(voyage, at, way)
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
@@ -124,7 +124,7 @@ def _nearest(voyage: Series, k: int) -> str:
     return f"this pilot gives no reasons; nearest is {ship.name} ({_threat(ship, k)})"
 
 
-def _acting(voyage: Series, episode: Episode) -> np.ndarray:
+def acting(voyage: Series, episode: Episode) -> np.ndarray:
     """The frames of an episode in which the rudder is on the side of the turn; else all."""
     at = np.arange(episode.start, episode.end + 1)
     meant = at[voyage.rudder_rad[at] * episode.turn_rad > 0]

@@ -6,9 +6,10 @@ import math
 import numpy as np
 
 from glasshelm.figures.series import Frames, Series, series
+from glasshelm.report.certainty import certain
 from glasshelm.report.episodes import TURN_RAD, Episode, advice, turns
 from glasshelm.report.facts import Outside, Passage, describe, outside, passages
-from glasshelm.report.reasons import doubts, why
+from glasshelm.report.reasons import acting, doubts, why
 from glasshelm.report.words import clock, course, degrees, lasting, miles, side, where
 
 #: A ship that leaves the domain for no longer than this is told as staying.
@@ -65,7 +66,7 @@ def _of_turn(voyage: Series, episode: Episode) -> tuple[int, str, str]:
     if _returns(voyage, episode):
         what = f"returning to course, {degrees(episode.turn_rad)} to {side(episode.turn_rad)}"
     text = f"{what} to {heading} within {lasting(long)}{why(voyage, episode)}."
-    return episode.start, "turn", _with(text, doubts(voyage, episode))
+    return episode.start, "turn", _with(text, _judged(voyage, episode))
 
 
 def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
@@ -78,7 +79,13 @@ def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
         f"the pilot would have put the rudder {degrees(episode.turn_rad)} to "
         f"{side(episode.turn_rad)} for {long}{why(voyage, episode)}."
     )
-    return episode.start, "turn", f"{_with(text, doubts(voyage, episode))} {kept}"
+    return episode.start, "turn", f"{_with(text, _judged(voyage, episode))} {kept}"
+
+
+def _judged(voyage: Series, episode: Episode) -> str:
+    """Who says otherwise, and whether the side is certain."""
+    sure = certain(voyage, acting(voyage, episode))
+    return _with(doubts(voyage, episode), f"{sure}." if sure else "")
 
 
 def _long(voyage: Series, episode: Episode) -> float:
@@ -164,7 +171,7 @@ def _ending(voyage: Series) -> str:
 
 
 def _with(text: str, more: str) -> str:
-    return f"{text} {more}" if more else text
+    return " ".join(part for part in (text, more) if part)
 
 
 def _capital(text: str) -> str:

@@ -24,6 +24,7 @@ from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, 
 from glasshelm.errors import InputError
 from glasshelm.frames import Frame, Own
 from glasshelm.geometry import Vector
+from glasshelm.logbook import begins
 from glasshelm.moment import Held
 from glasshelm.pilots.types import Memory, Pilot
 from glasshelm.ships import ShipParams, ShipState
@@ -154,18 +155,12 @@ def _first_relived(frames: Sequence[Frame], number: int, pilot: Pilot) -> int:
     """The first frame that still matters: five are seen; a memory reaches back to its beginning."""
     remembers = bool(jax.tree.leaves(pilot.start()))
     first = number
-    while first > 0 and not _begins(frames, first):
+    while first > 0 and not begins(frames, first):
         same_watch = remembers and frames[first - 1].pilot == frames[number].pilot
         if number - first >= FRAMES - 1 and not same_watch:
             break
         first -= 1
     return first
-
-
-def _begins(frames: Sequence[Frame], k: int) -> bool:
-    """Whether nothing was remembered before: the one frame without a reward among others."""
-    beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
-    return frames[k].reward is None and beside.reward is not None
 
 
 @eqx.filter_jit

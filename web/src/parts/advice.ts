@@ -8,7 +8,8 @@ import {
 } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import type { Frame } from "../wire";
+import type { Banded, Frame } from "../wire";
+import { bandMark, bandStyle, bandWords } from "./band";
 
 const MARGIN = 16;
 /** Height of the scale, and where its bar begins [px]. */
@@ -19,6 +20,7 @@ const BAR = 44;
 export class Advice extends LitElement {
   static override styles = [
     shared,
+    bandStyle,
     css`
       :host {
         display: block;
@@ -116,6 +118,7 @@ export class Advice extends LitElement {
     const stale = store.liveness.state === "stale";
     const decision = frame.decision ?? null;
     const words = decision ? rudderWords(decision.rudder_rad) : null;
+    const band = stale ? null : store.band;
     return html`
       <header>
         <h2>Rudder ${decision?.applied === false ? "advice" : "order"}</h2>
@@ -126,7 +129,8 @@ export class Advice extends LitElement {
           ? html`<span class="side">${words.side}</span><span class="angle number">${words.angle}</span>`
           : html`<span class="side soft">No advice</span>`}
       </div>
-      ${gauge(frame, store.compareFrames.at(-1) ?? null, Math.max(200, this.clientWidth - 28))}
+      ${gauge(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
+      ${bandWords(band, stale ? null : store.banded, store.settings.all.level)}
       <dl class="number">
         <div><dt>Rudder</dt><dd>${frame.own.rudder_rad == null ? "no sensor" : rudder(frame.own.rudder_rad)}</dd></div>
         <div><dt>Heading</dt><dd>${course(frame.own.heading_rad)}</dd></div>
@@ -146,9 +150,9 @@ export class Advice extends LitElement {
 
 /**
  * A horizontal scale to the rudder limit: triangle = commanded, bar = actual, and behind them
- * a hill, as high as each rudder is worth to the critic.
+ * a hill, as high as each rudder is worth to the critic. A bracket holds the certified band.
  */
-function gauge(frame: Frame, compare: Frame | null, width: number) {
+function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: number) {
   const limit = Math.max(frame.ship.rudder_limit_rad, 0.01);
   const half = width / 2 - MARGIN;
   const x = (rad: number): number => width / 2 + Math.max(-1, Math.min(1, rad / limit)) * half;
@@ -172,11 +176,12 @@ function gauge(frame: Frame, compare: Frame | null, width: number) {
         ${deg && Math.abs(deg) !== most ? nothing : svg`
           <text x=${x(rad(deg))} y=${BAR + 33} text-anchor="middle">
             ${deg === 0 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`}</text>`}`)}
+      ${bandMark(band, x, BAR)}
       ${other == null ? nothing : svg`
         <path d="M${x(other)} ${BAR} l-7 -12 h14 z" fill="var(--gh-panel)" stroke="var(--gh-compare)"
           stroke-width="2" />`}
       ${order == null ? nothing : svg`
-        <path d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`}
+        <path class="order-mark" d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`}
     </svg>
   `;
 }

@@ -1,0 +1,74 @@
+/** The certified rudder band: a bracket on the rudder scale, and what it means in a line. */
+
+import { css, html, nothing, svg } from "lit";
+import { classMap } from "lit/directives/class-map.js";
+
+import { ends } from "../domain/band";
+import type { Level } from "../settings";
+import type { Banded } from "../wire";
+
+/** The bracket's ends are at least so far apart [px]. */
+const LEAST = 14;
+/** How far it reaches above and below the bar's upper edge, and how long its hooks are [px]. */
+const [ABOVE, BELOW, HOOK] = [4, 16, 4];
+
+export const bandStyle = css`
+  .band {
+    fill: none;
+    stroke: var(--gh-ink);
+    stroke-width: 2;
+  }
+  .span {
+    fill: var(--gh-path);
+    opacity: 0.55;
+  }
+  .certain {
+    margin: 2px 0 0;
+    font-size: 12px;
+    line-height: 1.35;
+    text-wrap: pretty;
+  }
+  .certain strong::first-letter {
+    text-transform: uppercase;
+  }
+  .certain strong {
+    display: block;
+    font-weight: 600;
+  }
+  .certain.unseen {
+    visibility: hidden;
+  }
+  .certain,
+  .certain.unsure strong {
+    color: var(--gh-soft);
+  }
+  .certain strong {
+    color: var(--gh-ink);
+  }
+`;
+
+/** Round the rudders that errors can bring about: `[` and `]` at its ends, on a bar at `top`. */
+export function bandMark(told: Banded | null, x: (rad: number) => number, top: number) {
+  if (!told?.band) return nothing;
+  const [low, high] = ends(told.band, x, LEAST);
+  const [up, down] = [top - ABOVE, top + BELOW];
+  return svg`
+    <rect class="span" x=${low} y=${top} width=${high - low} height="12" />
+    <path class="band" d="M${low + HOOK} ${up} h-${HOOK} V${down} h${HOOK}
+      M${high - HOOK} ${up} h${HOOK} V${down} h-${HOOK}">
+      <title>${told.full}</title></path>`;
+}
+
+/**
+ * What is certain, in one line; from the second level on between which rudders and for which
+ * errors, on the third why there is no band. Until the band of a new frame comes, the line of the
+ * `last` one holds its place, unseen.
+ */
+export function bandWords(told: Banded | null, last: Banded | null, level: Level) {
+  if (told && !told.band) return level > 2 ? html`<p class="certain">${told.full}</p>` : nothing;
+  const shown = told ?? last;
+  if (!shown?.band) return nothing;
+  const kind = { certain: true, unsure: !shown.short.startsWith("certain"), unseen: !told };
+  return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${told ? nothing : "true"}>
+    <strong>${shown.short}</strong>${level > 1 ? shown.full : nothing}</p>`;
+}

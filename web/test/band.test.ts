@@ -1,0 +1,69 @@
+import { describe, expect, it, vi } from "vitest";
+
+import { bandOf, ends } from "../src/domain/band";
+import type { Banded } from "../src/wire";
+import { frame, session } from "./frames";
+
+vi.stubGlobal("location", { href: "http://here/" });
+vi.stubGlobal("window", globalThis);
+const { Store } = await import("../src/store");
+
+const told = (some: Partial<Banded> = {}): Banded => ({
+  time_s: 5, pilot: "paper-sum", rudder_rad: 0.02, short: "certain: to starboard", full: "",
+  band: { low_rad: 0.01, high_rad: 0.03, position_m: 10, course_rad: 0.0087, speed_m_s: 0.05 },
+  ...some,
+});
+
+const shown = (time_s: number, rudder_rad: number, pilot = "paper-sum") =>
+  frame(time_s, [], { pilot, decision: { rudder_rad } });
+
+describe("a band belongs to one rudder", () => {
+  it("of its time, its pilot and its angle", () => {
+    expect(bandOf(told(), shown(5, 0.02))).toEqual(told());
+    expect(bandOf(told(), shown(10, 0.02))).toBeNull();
+    expect(bandOf(told(), shown(5, 0.021))).toBeNull();
+    expect(bandOf(told(), shown(5, 0.02, "large-ship-sum"))).toBeNull();
+    expect(bandOf(told(), null)).toBeNull();
+    expect(bandOf(null, shown(5, 0.02))).toBeNull();
+  });
+
+  it("and says why there is none where nothing is advised", () => {
+    const none = told({ rudder_rad: null, band: null, full: "no certified band" });
+    expect(bandOf(none, frame(5, [], { pilot: "paper-sum" }))).toEqual(none);
+  });
+});
+
+describe("the store", () => {
+  it("shows a band until the next frame, and never beside another one", () => {
+    const page = new Store();
+    page.take({ type: "session", ...session() });
+    page.take({ type: "frame", frame: shown(5, 0.02) });
+    expect(page.band).toBeNull();
+    page.take({ type: "band", ...told() });
+    expect(page.band?.short).toBe("certain: to starboard");
+    page.take({ type: "frame", frame: shown(10, 0.02) });
+    expect(page.band).toBeNull();
+    page.take({ type: "band", ...told() });
+    expect(page.band).toBeNull();
+  });
+
+  it("forgets it with the voyage", () => {
+    const page = new Store();
+    page.take({ type: "frame", frame: shown(5, 0.02) });
+    page.take({ type: "band", ...told() });
+    page.take({ type: "history", frames: [shown(5, 0.02)] });
+    expect(page.band).toBeNull();
+  });
+});
+
+describe("its place on a scale", () => {
+  const x = (rad: number): number => 100 + 1000 * rad;
+
+  it("is where its rudders are", () => {
+    expect(ends(told().band!, x, 8)).toEqual([110, 130]);
+  });
+
+  it("is wide enough to be seen, about the same middle", () => {
+    expect(ends({ low_rad: 0.02, high_rad: 0.02 }, x, 8)).toEqual([116, 124]);
+  });
+});
