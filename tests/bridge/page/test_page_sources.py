@@ -64,7 +64,7 @@ def test_a_file_of_nmea_as_if_it_were_now_and_as_a_recording(
     page.locator("gh-target-list tr[data-id='230000102']").wait_for()
     assert page.get_by_role("button", name="Play").count() == 0
     page = look(serve(str(recording), "--own", "230000001", "--pilot", "straight"))
-    assert "Recorded" in words(page, "gh-top-bar")
+    wait_for_words(page, "gh-top-bar", "Recorded")
     page.locator("gh-target-list tr[data-id='230000102']").wait_for()
     assert page.get_by_role("button", name="Pause").count() == 1
 
