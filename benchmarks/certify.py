@@ -23,6 +23,7 @@ import numpy as np
 
 from glasshelm.certify.attack import attacked_rudders, random_rudders
 from glasshelm.certify.band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
+from glasshelm.certify.declared import Errors
 from glasshelm.certify.scene import Scene, SensorErrors, no_scene, recall
 from glasshelm.encounters.types import Encounter
 from glasshelm.learning.evaluate import evaluation_set
@@ -82,8 +83,7 @@ def scenes_of(pilot: LearnedPilot, count: int) -> Scene:
 
 def errors_of(position_m: float, angle_deg: float, speed_kn: float) -> SensorErrors:
     """The same largest errors for own ship and targets."""
-    one = (position_m, np.radians(angle_deg), speed_kn * KNOT_M_S)
-    return SensorErrors(*(jnp.asarray(x, jnp.float32) for x in one + one))
+    return Errors(position_m, np.radians(angle_deg), speed_kn * KNOT_M_S).of_sensors()
 
 
 @partial(jax.jit, static_argnums=4)

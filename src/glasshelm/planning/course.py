@@ -277,7 +277,7 @@ def agreeing(
     :func:`stakes`: within half of the limit, for 200 s or more. Else the plan as it is. For a
     pupil between two ways out: whichever it has chosen is right, and never their mean.
     """
-    rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
+    rudders = _rudders(plan, seen, ship)
     alike = jnp.abs(rudders - rudder) <= _ANOTHER
     values = jnp.where(alike & _lasts(plan), plan.values, -jnp.inf)
     near = jnp.argmax(values)
@@ -295,7 +295,7 @@ def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     more: between two ways out the other one costs nothing, but none of them much. 0 if
     there is no other.
     """
-    rudders = jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
+    rudders = _rudders(plan, seen, ship)
     first = rudder_to(plan.offset_rad, seen, ship)
     best, lasts = plan.values.max(), _lasts(plan)
 
@@ -305,6 +305,11 @@ def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
 
     amidships = (jnp.abs(rudders) < 0.25) & (jnp.abs(first) > 0.5)
     return jnp.maximum(lost(jnp.abs(rudders - first) > _ANOTHER), lost(amidships))
+
+
+def _rudders(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, " c"]:
+    """What each manoeuvre begins with, as a fraction of the limit."""
+    return jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
 
 
 def _lasts(plan: Plan) -> Bool[Array, " c"]:
