@@ -81,7 +81,7 @@ def test_an_unknown_pilot_is_answered_with_the_known_ones(monkeypatch, tmp_path)
     write_weights(tmp_path / "bundled-one.safetensors")
     monkeypatch.setattr(catalogue, "WEIGHTS", tmp_path)
     with pytest.raises(
-        InputError, match=r"unknown pilot 'nobody'.*bundled-one, straight"
+        InputError, match=r"unknown pilot 'nobody'.*bundled-one, bundled-one-guarded, straight"
     ) as caught:
         catalogue.pilot_named("nobody")
     one_line(caught)
