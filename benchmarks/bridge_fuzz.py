@@ -98,7 +98,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as logs:
-        server, url = start("imazu:5", "straight", logs)
+        server, url = start("imazu:5", "straight", logs, "off")
         try:
             asyncio.run(send(url, 1000, args.seed + 1))  # the first ones find their programs
             before, memory = health(url), resident_mb(server.pid)

@@ -1,15 +1,18 @@
 """``glasshelm bridge`` as a process of its own, and where it is."""
 
+import os
 import re
 import socket
 import subprocess
 import sys
 
 
-def start(*args: str) -> tuple[subprocess.Popen[str], str]:
+def start(*args: str, **environment: str) -> tuple[subprocess.Popen[str], str]:
     """A bridge in a process of its own, and its address as it prints it."""
     command = [sys.executable, "-m", "glasshelm", "bridge", *args, "--no-open"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, env=os.environ | environment
+    )
     assert process.stderr is not None
     said = []
     for line in process.stderr:

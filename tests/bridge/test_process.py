@@ -67,6 +67,27 @@ def test_what_was_seen_before_kill_9_can_be_seen_again(tmp_path):
         assert process.wait(timeout=30) in (0, 130)
 
 
+def test_ctrl_c_does_not_wait_for_a_compiler(tmp_path):
+    """The first session of an installation: its programs take longer than this to compile."""
+    nothing_compiled = {"XDG_CACHE_HOME": str(tmp_path), "JAX_ENABLE_COMPILATION_CACHE": "false"}
+    process, url = start(
+        "random:35", "--log", str(tmp_path), "--port", str(free_port()), **nothing_compiled
+    )
+    try:
+        with ws.connect(url, max_size=None) as viewer:
+            while json.loads(viewer.recv(timeout=WAIT_S))["type"] != "preparing":
+                pass
+            time.sleep(3)
+            began = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=60) in (0, 130)
+            took_s = time.monotonic() - began
+    finally:
+        process.kill()
+        process.wait(timeout=30)
+    assert took_s < 10
+
+
 class _Stream(Again):
     """A log played a hundred times as fast as it can be read by anybody slow."""
 

@@ -8,11 +8,10 @@ rudder bands a fourth.
 """
 
 import asyncio
-import contextlib
 import logging
 import math
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TypeVar
@@ -23,6 +22,7 @@ from glasshelm.bridge.bands import Bands
 from glasshelm.bridge.catalogue import Catalogue
 from glasshelm.bridge.opening import opened
 from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.preparing import Preparing
 from glasshelm.bridge.questions import Question, answered
 from glasshelm.bridge.session import Session
 from glasshelm.bridge.stage import Stage, Told
@@ -71,24 +71,21 @@ class Conductor:
         self._playing, self._rate = False, 1.0
         #: Held by who uses the session shown, and by who puts another in its place.
         self._lock = asyncio.Lock()
-        #: Held by who prepares; what is prepared is told meanwhile.
-        self._preparing, self._prepared = asyncio.Lock(), ""
         self._wake = asyncio.Event()
         self._listening: asyncio.Task[None] | None = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="voyage")
-        self._preparer = ThreadPoolExecutor(1, thread_name_prefix="prepare")
         self._thinker = ThreadPoolExecutor(1, thread_name_prefix="whatif")
         self._questions: set[asyncio.Task[None]] = set()
         self._requests: set[asyncio.Task[None]] = set()
         self._turns: dict[Outbox, Turns] = {}
+        self.preparing = Preparing(self._tell)
         self.bands = Bands(errors, catalogue.pilot, self._tell)
 
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
         self._turns[viewer] = Turns(self._requests)
-        viewer.put(*await self._hello())
-        if self._prepared:
-            viewer.put(*_preparing(self._prepared))
+        for kind, message in [await self._hello(), *self.preparing.told]:
+            viewer.put(kind, message)
         async with self._lock:
             if self._stage is not None:
                 viewer.put("session", self._session_now(self._stage))
@@ -145,10 +142,10 @@ class Conductor:
                 return
             case m.Open() | m.Replay():
                 name = asked.source if isinstance(asked, m.Open) else asked.log
-                async with self._prepares(name):
+                async with self.preparing.of(name):
                     await self._begin(lambda: opened(asked, self.catalogue, self.logs))
             case m.Pilot(name) | m.Compare(str(name)):
-                async with self._prepares(name):
+                async with self.preparing.of(name):
                     pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
                     await self._change(asked, pilot)
             case _:
@@ -159,7 +156,7 @@ class Conductor:
 
     async def show(self, open_session: Callable[[], Session]) -> None:
         """Begin a session in place of the present one, playing from its start."""
-        async with self._prepares("the session"):
+        async with self.preparing.of("the session"):
             await self._begin(open_session)
         self._wake.set()
 
@@ -183,14 +180,14 @@ class Conductor:
                 await self._advance()
 
     def close(self) -> None:
-        """Close the log; called when no more is asked."""
+        """Close the log; called when no more is asked. What is still compiled is not waited for."""
         for task in (self._listening, *self._requests, *self._questions):
             if task is not None:
                 task.cancel()
-        self._preparer.shutdown(wait=True, cancel_futures=True)
-        self._worker.shutdown(wait=True, cancel_futures=True)
-        self._thinker.shutdown(wait=True, cancel_futures=True)
+        self.preparing.close()
         self.bands.close()
+        self._thinker.shutdown(wait=False, cancel_futures=True)
+        self._worker.shutdown(wait=True, cancel_futures=True)
         if self._stage is not None:
             self._stage.close()
 
@@ -237,26 +234,10 @@ class Conductor:
         think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
         viewer.put("whatif", m.written(await think))
 
-    @contextlib.asynccontextmanager
-    async def _prepares(self, what: str) -> AsyncIterator[None]:
-        """One preparation at a time; all viewers are told of it."""
-        async with self._preparing:
-            self._prepared = what
-            self._tell([_preparing(what)])
-            try:
-                yield
-            finally:
-                self._prepared = ""
-                self._tell([_preparing(None)])
-
-    async def _prepare(self, job: Callable[[], Result]) -> Result:
-        return await asyncio.get_running_loop().run_in_executor(self._preparer, job)
-
     async def _first_is_there(self) -> None:
         """Wait for the first session, if it is being prepared."""
         if self._stage is None:
-            async with self._preparing:
-                pass
+            await self.preparing.over()
 
     async def _ready(self, name: str, ahead: bool) -> Pilot:
         """A pilot with whom the session shown could go on at once."""
@@ -267,7 +248,7 @@ class Conductor:
             session.ready(pilot, ahead)
             return pilot
 
-        return await self._prepare(ready)
+        return await self.preparing.done(ready)
 
     async def _change(self, asked: m.Pilot | m.Compare, pilot: Pilot) -> None:
         async with self._lock:
@@ -292,7 +273,7 @@ class Conductor:
             stage.limit(self._limits)  # perhaps others by now
             return stage.present()
 
-        stage = await self._prepare(begin)
+        stage = await self.preparing.done(begin)
         async with self._lock:
             if self._listening is not None:
                 self._listening.cancel()
@@ -402,10 +383,6 @@ def _of_now(session: Session) -> bool:
     """Whether this is live traffic, and heard: a page does not call it live otherwise."""
     heard_s = session.heard_s
     return session.connected and heard_s is not None and heard_s <= OWN_STALE_S
-
-
-def _preparing(what: str | None) -> Told:
-    return "preparing", m.written(m.Preparing(what))
 
 
 def _notice(text: str) -> Told:

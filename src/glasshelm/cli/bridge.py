@@ -1,5 +1,9 @@
 """``glasshelm bridge``: the live page."""
 
+import logging
+import os
+import threading
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -32,7 +36,8 @@ def run(
         source: gulf-of-finland, new-york, imazu:5, random:SEED, wide:SEED, path/to/situation.json,
             path/to/ais.csv; the page can open others of its menu.
         pilot: A bundled pilot (by default the ship's), straight, a planner (paper-planner,
-            large-ship-planner), or a .safetensors file.
+            large-ship-planner), or a .safetensors file; a learned one followed by -guarded is he
+            under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship.
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
@@ -84,3 +89,20 @@ def run(
         console.print("Advisory research software, not for navigation. Ctrl-C stops.", markup=False)
 
     serve(app, bound, url, open_, ready)
+    _leave()
+
+
+def _leave() -> None:
+    """End the process, not waiting for a thread that compiles: it cannot be stopped.
+
+    The logs are closed by now. Threads that are nearly done have a second: a program that is being
+    kept is written whole.
+    """
+    patience = time.monotonic() + 1.0
+    main = threading.main_thread()
+    busy = [t for t in threading.enumerate() if t is not main and not t.daemon]
+    for thread in busy:
+        thread.join(max(patience - time.monotonic(), 0.0))
+    if any(thread.is_alive() for thread in busy):
+        logging.shutdown()
+        os._exit(0)

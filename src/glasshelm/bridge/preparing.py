@@ -1,0 +1,55 @@
+"""What may take long (programs are compiled) is done apart, one thing at a time."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+from glasshelm.bridge import messages as m
+
+Result = TypeVar("Result")
+Told = tuple[str, bytes]
+
+
+class Preparing:
+    """A second thread beside the voyage's; ``tell`` lets all viewers know what it is busy with."""
+
+    def __init__(self, tell: Callable[[list[Told]], None]):
+        self._tell = tell
+        self._lock, self._what = asyncio.Lock(), ""
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="prepare")
+
+    @property
+    def told(self) -> list[Told]:
+        """What a viewer who comes now has to be told."""
+        return [_message(self._what)] if self._what else []
+
+    @contextlib.asynccontextmanager
+    async def of(self, what: str) -> AsyncIterator[None]:
+        """One at a time; all viewers are told of it."""
+        async with self._lock:
+            self._what = what
+            self._tell([_message(what)])
+            try:
+                yield
+            finally:
+                self._what = ""
+                self._tell([_message(None)])
+
+    async def done(self, job: Callable[[], Result]) -> Result:
+        """The result of a job in the thread."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, job)
+
+    async def over(self) -> None:
+        """Wait until nothing is being prepared."""
+        async with self._lock:
+            pass
+
+    def close(self) -> None:
+        """Begin nothing more. A compiler cannot be stopped, and is not waited for."""
+        self._thread.shutdown(wait=False, cancel_futures=True)
+
+
+def _message(what: str | None) -> Told:
+    return "preparing", m.written(m.Preparing(what))
