@@ -24,7 +24,7 @@ from glasshelm.evaluation.cells import percent
 from glasshelm.evaluation.statistics import clopper_pearson
 from glasshelm.learning.evaluate import sail_remembering
 from glasshelm.learning.reversals import WEAVING
-from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
+from glasshelm.pilots.catalogue import names, pilot_named
 from glasshelm.pilots.course import CoursePilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.together import Together
@@ -86,7 +86,7 @@ def main() -> None:
     parser.add_argument("--random-only", action="store_true", help="leave out the Imazu cases")
     arguments = parser.parse_args()
     rows, by_ships, imazu = [], [], []
-    for name in arguments.pilots or [*UNTRAINED, *bundled()]:
+    for name in arguments.pilots or names():
         pilot = pilot_named(name)
         ships = _ships(pilot)
         digest = (getattr(pilot, "weights_sha256", None) or "")[:8]

@@ -49,12 +49,29 @@ class Decision(_Part, frozen=True):
     """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard.
 
     ``alone_rad`` is what it would be with no other ship: with every target's
-    ``shapley_rad`` it adds up to ``rudder_rad``.
+    ``shapley_rad`` it adds up to ``rudder_rad``. ``overruled_rad`` is the rudder that the
+    pilot himself decided where an order or his guard has the helm; the shares of a rudder
+    are then absent.
     """
 
     rudder_rad: float
     applied: bool = True
     alone_rad: float | None = None
+    overruled_rad: float | None = None
+
+
+class Guard(_Part, frozen=True):
+    """What a guard sees on the pilot's own way if every target keeps straight on.
+
+    ``steers``: it has the helm, since its last look. ``target`` is who comes first into own ship's
+    domain or to its edge on the pilot's own way, ``within_s`` when, ``depth`` how deep (Eq. 13,
+    unclipped: above 0 inside). Absent where that way keeps clear.
+    """
+
+    steers: bool
+    target: str | None = None
+    within_s: float | None = None
+    depth: float | None = None
 
 
 class ByTask(_Part, frozen=True):
@@ -142,7 +159,8 @@ class Frame(_Part, frozen=True):
     ``reward`` is of the step that led here (absent in the first frame);
     ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
     rudder 0 (Eq. 22). ``outside`` names what lies outside the training
-    distribution, in words. ``band`` is there where it was asked for.
+    distribution, in words. ``band`` is there where it was asked for, ``guard`` with
+    a guarded pilot.
     """
 
     time_s: float
@@ -161,3 +179,4 @@ class Frame(_Part, frozen=True):
     sweep: Sweep | None = None
     outside: list[str] | None = None
     band: Band | None = None
+    guard: Guard | None = None

@@ -8,9 +8,11 @@ import numpy as np
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError
-from glasshelm.frames import ByTask, Decision, Frame, Own, Ship, Sweep, Target, Waypoint
+from glasshelm.explain.explain import Explanation
+from glasshelm.frames import ByTask, Decision, Frame, Guard, Own, Ship, Sweep, Target, Waypoint
 from glasshelm.moment import Moment
 from glasshelm.networks.critics import Values
+from glasshelm.pilots.guarded import learned_in
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.types import Pilot
 from glasshelm.ships import ShipParams
@@ -47,7 +49,7 @@ class Framer:
         """The frame of a moment. InputError if the pilot was shown or decides no number."""
         self._check(moment)
         why = moment.explanation
-        learned = self._pilot if isinstance(self._pilot, LearnedPilot) else None
+        learned = learned_in(self._pilot)
         return Frame(
             time_s=time_s,
             pilot=self._pilot.name,
@@ -64,6 +66,7 @@ class Framer:
             priority=_by_task(why.priority) if why else None,
             sweep=self._sweep(moment),
             outside=self._outside(moment, learned) if learned else None,
+            guard=self._guard(moment),
         )
 
     def _check(self, moment: Moment) -> None:
@@ -102,8 +105,20 @@ class Framer:
 
     def _decision(self, moment: Moment) -> Decision:
         why = moment.explanation
+        rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
+        if not moment.his_own:
+            return Decision(rudder, self._applied, overruled_rad=own)
         alone = None if why is None else _plain(why.moves.none * self._limit)
-        return Decision(_plain(moment.action * self._limit), self._applied, alone)
+        return Decision(rudder, self._applied, alone)
+
+    def _guard(self, moment: Moment) -> Guard | None:
+        if moment.guarding is None:
+            return None
+        steers, ahead = bool(moment.guarding.steers), moment.guarding.ahead
+        if not np.isfinite(ahead.within_s):
+            return Guard(steers)
+        who = self._scenario.targets[int(moment.order[int(ahead.slot)])]
+        return Guard(steers, who.id, _plain(ahead.within_s), _plain(ahead.depth))
 
     def _outside(self, moment: Moment, pilot: LearnedPilot) -> list[str] | None:
         fed = np.zeros(len(moment.traffic.lost), bool)
@@ -189,6 +204,16 @@ def _reasons(moment: Moment, shown: np.ndarray, limit_rad: float) -> Columns:
         given["q_sweep"] = _plain(e.sweep.value.by_ship.T)
     if e.attention is not None:
         given["attention"] = _plain(e.attention)
+    if moment.his_own:
+        given |= _of_his_own(e, places, limit_rad)
+    for name, values in given.items():
+        columns[name] = [None if k is None else values[k] for k in places]
+    return columns
+
+
+def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
+    """What is true only of a rudder that the pilot himself decided: whose it is."""
+    given: Columns = {}
     if e.intention is not None:
         given["intention"] = _plain(e.intention.increment)
         given["intention_level"] = _plain(e.intention.level)
@@ -204,9 +229,7 @@ def _reasons(moment: Moment, shown: np.ndarray, limit_rad: float) -> Columns:
         wide = np.pad(together, ((0, 0), (0, 1)))
         at = [together.shape[1] if k is None else k for k in places]
         given["shapley_pairs_rad"] = _plain(wide[:, at])
-    for name, values in given.items():
-        columns[name] = [None if k is None else values[k] for k in places]
-    return columns
+    return given
 
 
 def _by_task(parts: Values | Reward | None) -> ByTask | None:

@@ -9,8 +9,9 @@ from jaxtyping import Array, Bool, Float, Int
 from glasshelm.encounters.types import Encounter, Motion
 from glasshelm.explain.explain import Explanation, explain
 from glasshelm.geometry import Cpa, Vector, closest_approach, direction, norm, to_body, velocity
-from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.guarded import GuardedPilot, learned_in
 from glasshelm.pilots.types import Memory, Pilot
+from glasshelm.planning.foresight import Foreseen
 from glasshelm.ships import ShipParams, ShipState
 from glasshelm.world.domain import danger
 from glasshelm.world.feed import feed
@@ -40,8 +41,19 @@ class Traffic(eqx.Module):
     danger: Float[Array, " n"]
 
 
+class Guarding(eqx.Module):
+    """Of a guarded pilot: whether the guard has the helm, and where his own way leads from here."""
+
+    steers: Bool[Array, ""]
+    ahead: Foreseen
+
+
 class Moment(eqx.Module):
-    """All of one instant. Slot k of ``fed`` and ``explanation`` shows target ``order[k]``."""
+    """All of one instant. Slot k of ``fed`` and ``explanation`` shows target ``order[k]``.
+
+    ``action`` is what is steered, ``own_action`` what the pilot himself decides; ``his_own`` says
+    that he has the helm, and not an order or his guard.
+    """
 
     own: ShipState
     waypoint: Vector
@@ -49,7 +61,10 @@ class Moment(eqx.Module):
     fed: Observation
     order: Int[Array, " k"]
     action: Float[Array, ""]
+    own_action: Float[Array, ""]
+    his_own: Bool[Array, ""]
     explanation: Explanation | None
+    guarding: Guarding | None
 
 
 class Order(eqx.Module):
@@ -87,13 +102,21 @@ def moment_of(
     traffic, held = _traffic(encounter, state.own, held, time, ship, lost_shown_s)
     fed, order = feed(state.observation, loa_m=jnp.asarray(ship.loa_m))
     action, memory = pilot.steer(fed, memory)
+    ordering = jnp.zeros((), bool) if ordered is None else ordered.holds
+    own_action, his_own, guarding = action, ~ordering, None
+    if isinstance(pilot, GuardedPilot):
+        own_action = jnp.where(memory.guards, pilot.pilot.actor(fed), action)
+        his_own = ~(memory.guards | ordering)
+        if explained:
+            guarding = Guarding(memory.guards & ~ordering, pilot.ahead(fed))
     if ordered is not None:
         action = jnp.where(ordered.holds, ordered.action, action)
-    why = None
-    if explained and isinstance(pilot, LearnedPilot):
-        why = explain(pilot.actor, pilot.critic, fed, action)
+    why, learned = None, learned_in(pilot)
+    if explained and learned is not None:
+        why = explain(learned.actor, learned.critic, fed, action)
     waypoint = waypoint_of(encounter, state.leg)
-    return Moment(state.own, waypoint, traffic, fed, order, action, why), held, memory
+    decided = (action, own_action, his_own, why, guarding)
+    return Moment(state.own, waypoint, traffic, fed, order, *decided), held, memory
 
 
 def _traffic(

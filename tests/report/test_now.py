@@ -8,6 +8,7 @@ import pytest
 
 import glasshelm
 from glasshelm.encounters.source import scenario_from
+from glasshelm.frames import Guard
 from glasshelm.report.now import now
 from glasshelm.report.words import approach, helm
 from glasshelm.ships import ship_named
@@ -97,3 +98,25 @@ def test_a_lost_ship_is_not_passed(frames):
     last = msgspec.structs.replace(frames[-1], targets=gone)
     said = now([*frames[:-1], last], ahead_of(frames[-1], 0.0))
     assert "passes" not in said.next
+
+
+def test_who_has_the_helm_in_the_pilots_place(frames):
+    one = frames[-1]
+    ship = one.targets[0]
+    theirs = msgspec.structs.replace(one.decision, overruled_rad=math.radians(2), alone_rad=None)
+    ordered = msgspec.structs.replace(one, decision=theirs)
+    assert now([ordered]).why == "Ordered; the pilot himself decides: rudder 2.0° to starboard"
+    ahead = Guard(True, ship.id, 300.0, 0.2)
+    assert now([msgspec.structs.replace(ordered, guard=ahead)]).why == (
+        f"The guard steers: the pilot's own way (rudder 2.0° to starboard) brings {ship.name} "
+        "into the domain in 5 min"
+    )
+    near = Guard(True, ship.id, 300.0, -0.02)
+    advised = msgspec.structs.replace(theirs, applied=False)
+    said = now([msgspec.structs.replace(ordered, guard=near, decision=advised)]).why
+    assert said.startswith("The guard advises: ")
+    assert said.endswith(f"brings {ship.name} to the edge of the domain in 5 min")
+    clear = now([msgspec.structs.replace(ordered, guard=Guard(True))]).why
+    assert clear.startswith("The guard steers until it looks again")
+    watching = msgspec.structs.replace(one, guard=Guard(False))
+    assert now([watching]) == now([one])

@@ -50,6 +50,14 @@ def test_reason(alone, shares, words):
     assert words in why(told(*shares, alone=alone), TURN)
 
 
+def test_a_rudder_away_from_the_waypoint_is_not_for_it():
+    """With nobody there she would turn away too: the network's doing, and said as that."""
+    turning = voyage([30.0] * 10, [], rudder_deg=lambda k: 2.0, alone_deg=lambda k: 2.0)
+    assert why(series(turning), TURN) == ": 2° of rudder also with nobody there"
+    back = voyage([-30.0] * 10, [], rudder_deg=lambda k: 2.0, alone_deg=lambda k: 2.0)
+    assert why(series(back), TURN) == ": 2° of rudder for the waypoint"
+
+
 def test_what_hardly_moves_the_rudder_is_not_named():
     assert "ship 1" not in why(told(3.2, -0.2), TURN)
     assert "waypoint" not in why(told(3.0, alone=0.05), TURN)

@@ -23,8 +23,8 @@ from glasshelm.whatif.future import Future, future
 
 SHIP = SHIPS["paper"]
 STEPS = 60
-#: What the log's rounding and the first decision after it may differ by [rad].
-ROUNDED_RAD = 2 * 10.0**-DECIMALS
+#: What the log's rounding and the first decision after it may differ by [rad]: 0.001 degrees.
+ROUNDED_RAD = 20 * 10.0**-DECIMALS
 
 
 def logged(frames) -> list[Frame]:
@@ -82,6 +82,28 @@ def test_what_a_pilot_keeps_in_mind_is_rebuilt(name):
     sailed = future(branch, (), 20)
     wanted = [f.decision.rudder_rad for f in frames[15:36]]
     np.testing.assert_allclose(sailed.rudder_rad, wanted, atol=1e-4)
+
+
+def test_who_had_the_helm_is_rebuilt():
+    """The guard looks every twelfth decision: in between a branch goes on as it found then."""
+    pilot, ship = pilot_named("large-ship-sum-guarded"), SHIPS["large_ship"]
+    frames = logged(sail(scenario_from("imazu:21", ship), pilot, 40))
+    assert frames[15].guard.steers
+    sailed = future(branch_at(frames, 15, pilot, 20), (), 20)
+    wanted = [f.decision.rudder_rad for f in frames[15:36]]
+    np.testing.assert_allclose(sailed.rudder_rad, wanted, atol=1e-4)
+
+
+def test_an_order_is_no_guards():
+    """While a rudder is ordered nobody else has the helm, whatever the guard would do."""
+    pilot, ship = pilot_named("large-ship-sum-guarded"), SHIPS["large_ship"]
+    frames = logged(sail(scenario_from("imazu:21", ship), pilot, 20))
+    told = what_if(frames, 13, pilot, [Rudder(5.0, 30.0)], minutes=1.0, explained=True)
+    ordered = told.other.frames()
+    assert all(f.guard.steers for f in told.fact.frames())
+    assert not ordered[0].guard.steers
+    assert ordered[0].decision.overruled_rad is not None
+    assert ordered[6].guard.steers
 
 
 def test_another_pilots_watch_is_not_remembered():
@@ -251,6 +273,14 @@ def test_frames_of_a_changed_future_say_so_and_explain(imazu_log, learned):
     # The value is that of the ordered rudder: the end of the sweep.
     edge = frames[0].sweep.waypoint[-1]
     assert frames[0].value.waypoint == pytest.approx(edge, abs=1e-4)
+    # Shares would be those of the pilot's own rudder: he is named beside the order instead.
+    logged = imazu_log[10].decision
+    assert frames[0].decision.overruled_rad == pytest.approx(logged.rudder_rad, abs=ROUNDED_RAD)
+    assert frames[0].decision.alone_rad is None
+    assert all(t.shapley_rad is None and t.intention is None for t in frames[0].targets)
+    after = next(f for f in frames if f.time_s >= frames[0].time_s + 30)
+    assert after.decision.overruled_rad is None
+    assert all(t.shapley_rad is not None for t in after.targets)
     assert frames[0].reward == imazu_log[10].reward
 
 

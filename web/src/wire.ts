@@ -75,6 +75,17 @@ export interface Decision {
   applied?: boolean;
   /** What it would be with no other ship: with every `shapley_rad` it adds up to the rudder. */
   alone_rad?: number | null;
+  /** What the pilot himself decided, where his guard or an order has the helm. */
+  overruled_rad?: number | null;
+}
+
+/** What a guard sees on the pilot's own way: who comes first into the domain or to its edge, and when. */
+export interface Guard {
+  steers: boolean;
+  target?: string | null;
+  within_s?: number | null;
+  /** Eq. 13, unclipped: above 0 inside. */
+  depth?: number | null;
 }
 
 export interface ByTask {
@@ -117,6 +128,7 @@ export interface Frame {
   sweep?: Sweep | null;
   outside?: string[] | null;
   band?: Band | null;
+  guard?: Guard | null;
 }
 
 export type SourceKind = "simulated" | "recorded" | "live";

@@ -107,6 +107,25 @@ describe("own ship", () => {
   });
 });
 
+describe("the domain", () => {
+  test("is as long and as wide as Eq. 14-15 say, and turns with own ship", () => {
+    const east = { ...frame(0).own, heading_rad: Math.PI / 2 };
+    const of = scene(frame(0, [], { own: east }));
+    const edge = drawn(of).filter((c) => c.stroke === "domain" && (c.name === "moveTo" || c.name === "lineTo"));
+    const at = (east_m: number, north_m: number): number => {
+      const p = of.view.toScreen({ east_m, north_m });
+      return Math.min(...edge.map((c) => Math.hypot(c.args[0]! - p.x, c.args[1]! - p.y)));
+    };
+    const loa = 340;
+    expect(at(6.4 * loa, 0)).toBeLessThan(0.01); // ahead
+    expect(at(-1.6 * loa, 0)).toBeLessThan(0.01); // astern
+    expect(at(0, -3.2 * loa)).toBeLessThan(0.01); // starboard
+    expect(at(0, 1.6 * loa)).toBeLessThan(0.01); // port
+    const [first, last] = [edge[0]!, edge.at(-1)!];
+    expect(first.args).toEqual(last.args); // closed
+  });
+});
+
 describe("targets", () => {
   const triangles = (calls: Call[], ink: string): Call[] =>
     calls.filter((c) => c.name === "stroke" && c.stroke === ink && c.dash === "");
@@ -131,6 +150,24 @@ describe("targets", () => {
     const of = (lost: boolean) => scene(frame(0, [target("1", { lost })]), { place: () => 0 });
     expect(arcs(drawn(of(false)), "#111111", 4)).toHaveLength(1);
     expect(arcs(drawn(of(true)), "#111111", 4)).toHaveLength(0);
+  });
+
+  test("who turn have a flag on that side of their vectors' ends, and others have none", () => {
+    const flags = (turn_rad: number, lost = false, vectors: "true" | "relative" = "true") => {
+      const frames = [0, 30].map((t, k) => frame(t, [target("1", { course_rad: k * turn_rad, lost })]));
+      const of = scene(frames.at(-1)!, { frames, place: () => 0, choices: { ...DEFAULTS, vectors } });
+      const lines = drawn(of).filter((c) => c.name === "moveTo" || c.name === "lineTo");
+      const end = lines.find((c) => c.name === "lineTo" && c.dash === "6,4" && c.stroke === "#111111");
+      const begun = lines.findIndex((c) => c.name === "moveTo" && String(c.args) === String(end?.args));
+      return end && begun >= 0 ? lines.slice(begun, begun + 2) : [];
+    };
+    for (const [turn, vectors] of [[0.2, "true"], [-0.2, "true"], [0.2, "relative"], [-0.2, "relative"]] as const) {
+      const [end, tip] = flags(turn, false, vectors);
+      expect(tip!.args[0]! - end!.args[0]!).toBeCloseTo(9 * Math.sign(turn) * Math.cos(0.2), 3);
+      expect(tip!.args[1]! - end!.args[1]!).toBeCloseTo(9 * Math.sin(0.2), 3);
+    }
+    expect(flags(0.03)).toHaveLength(0); // less than 3 degrees
+    expect(flags(0.2, true)).toHaveLength(0);
   });
 
   test("leave dots equally spaced in time, beside own ship's way in relative motion", () => {

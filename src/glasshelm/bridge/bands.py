@@ -104,7 +104,7 @@ class Bands:
         return median(self._batch_s)
 
     def close(self) -> None:
-        self._thread.shutdown(wait=True, cancel_futures=True)
+        self._thread.shutdown(wait=False, cancel_futures=True)
 
     def _cells(self, stands_s: float) -> int:
         """As many bounds as there is time for; 0 if not even one."""

@@ -17,8 +17,9 @@ from glasshelm.encounters.source import BUNDLED, generated, scenario_from
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError
 from glasshelm.evaluation.entrants import ship_of
-from glasshelm.pilots.catalogue import METHODS, UNTRAINED, bundled, default_pilot, pilot_named
+from glasshelm.pilots.catalogue import METHODS, default_pilot, names, pilot_named
 from glasshelm.pilots.course import CoursePilot
+from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.types import Pilot
@@ -57,7 +58,7 @@ class Catalogue:
         self.shelf = shelf
         self.feed = source if source and is_feed(source) else None
         self._file = source if source and not (self.feed or _known(source)) else None
-        self._weights = pilot if pilot and pilot not in (*bundled(), *UNTRAINED) else None
+        self._weights = pilot if pilot and pilot not in names() else None
         self._pilots: dict[str, Pilot] = {}
         self._reading = threading.Lock()
 
@@ -101,7 +102,7 @@ class Catalogue:
 
     def _pilot_names(self) -> tuple[str, ...]:
         extra = () if self._weights is None else (alias(self._weights),)
-        return (*extra, *bundled(), *UNTRAINED)
+        return (*extra, *names())
 
     def _scenarios(self) -> list[Source]:
         found = [Source(s, _RECORDINGS.get(s, s), "recorded") for s in BUNDLED]
@@ -143,6 +144,8 @@ def _card(name: str, pilot: Pilot) -> PilotCard:
     ship = ship_of(pilot)
     if isinstance(pilot, LearnedPilot):
         return PilotCard(name, f"Learned: {name}", "learned", ship)
+    if isinstance(pilot, GuardedPilot):
+        return PilotCard(name, f"Guarded: {name}", "learned", ship)
     if isinstance(pilot, CoursePilot):
         kind = "planner" if pilot.method is PLANNER else "classical"
         return PilotCard(name, f"{TITLES[_method(pilot)]}: {name}", kind, ship)

@@ -17,6 +17,9 @@ from glasshelm.whatif.source import pilot_of
 
 #: Frames before the one shown that a pilot's memory is rebuilt from (20 minutes); networks need 4.
 BEFORE = 240
+#: A memory is begun at a multiple of so many frames: whoever looks every 2nd, 3rd, … 6th or 12th
+#: decision looks again at the same frames as in the voyage.
+PHASE = 60
 #: Frames after it at most, where the log goes on.
 AFTER = 360
 #: One point of a track so often.
@@ -39,6 +42,7 @@ class Question:
         if at < 0:
             raise InputError("nothing is shown yet")
         first, end = max(at - BEFORE, 0), min(at + 1 + AFTER, len(record))
+        first -= first % PHASE
         decode = msgspec.json.Decoder(Frame).decode
         frames = [decode(line) for line in record.lines(first, end)]
         number = at - first

@@ -20,6 +20,7 @@ from glasshelm.certify.scene import EACH, OWN, Scene, SensorErrors
 from glasshelm.errors import InputError
 from glasshelm.networks.actors import SumActor
 from glasshelm.networks.mlp import softsign
+from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.types import Pilot
 
@@ -85,6 +86,8 @@ def certified_band(pilot: LearnedPilot, scene: Scene, errors: SensorErrors, cell
 
 def certifiable(pilot: Pilot) -> SumActor:
     """Her actor. InputError if she has none or it is not a sum."""
+    if isinstance(pilot, GuardedPilot):
+        raise InputError(f"{pilot.name} is guarded; only {pilot.pilot.name} alone can be certified")
     if not isinstance(pilot, LearnedPilot):
         raise InputError(f"{pilot.name} has no network; only a sum actor can be certified")
     if not isinstance(pilot.actor, SumActor):

@@ -25,6 +25,7 @@ def run(
 
     Args:
         pilots: Bundled names, straight, planners, .safetensors files, package.module:function;
+            NAME-guarded for a learned one under guard;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
         suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
             situations:FOLDER (DNV traffic situations).

@@ -58,8 +58,8 @@ def run(
         for seed, pilot in enumerate(entrant.pilots):
             if not isinstance(pilot, LearnedPilot):
                 raise InputError(
-                    f"pilot {pilot.name!r} has no networks to explain: "
-                    "name a bundled pilot or a .safetensors file"
+                    f"pilot {pilot.name!r} has no networks to explain, or is guarded: "
+                    "name a learned pilot or a .safetensors file"
                 )
             with Progress(console=console, transient=True) as bar:
                 task = bar.add_task(entrant.name, total=None)

@@ -28,7 +28,8 @@ def run(
         source: random:SEED, wide:SEED, converging:SEED, imazu:5, gulf-of-finland,
             path/to/situation.json, path/to/ais.csv, or a log: path/to/frames.jsonl
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
-            ship and method (paper-planner, large-ship-cpa), or a .safetensors file.
+            ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
+            one followed by -guarded is he under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship.
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).

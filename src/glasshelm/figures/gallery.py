@@ -17,6 +17,7 @@ from glasshelm.figures.trajectories import absolute, relative
 _NO_SHIP = "there is no other ship"
 _NO_CRITIC = "this pilot has no critic, so its decisions carry no values or priorities"
 _NO_ATTENTION = "this pilot has no attention: only attention actors weigh the ships"
+_NO_INTENTION = "the frames have no attention or no decision of the pilot's own"
 _NO_SHARES = "the frames do not say what each ship does to the rudder"
 _NO_SWEEP = "the frames carry no values of other rudders"
 
@@ -100,7 +101,7 @@ PLATES = (
         "Tracks coloured by intention (Eq. 24): violet where the chosen rudder improves matters "
         "with a ship that is attended to, orange where it worsens them.",
         intention,
-        _NO_ATTENTION,
+        _NO_INTENTION,
     ),
     Plate(
         "15_histories",

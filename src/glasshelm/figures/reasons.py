@@ -63,7 +63,8 @@ def draw_sum(ax: Axes, voyage: Series) -> None:
             )
             base += side
     ax.axhline(0, color=SOFT, lw=0.6)
-    ax.step(voyage.minutes, np.degrees(voyage.rudder_rad), where="post", color=INK, lw=1.2)
+    whole = np.where(np.isfinite(voyage.alone_rad), voyage.rudder_rad, np.nan)
+    ax.step(voyage.minutes, np.degrees(whole), where="post", color=INK, lw=1.2)
     ax.set_ylabel("[°], + to starboard")
     ax.set_title("What the rudder is made of (Shapley values; line: their sum)")
     fills = [Patch(color=_WAYPOINT_FILL, label="waypoint")]

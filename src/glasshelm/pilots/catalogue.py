@@ -7,6 +7,7 @@ from glasshelm.pilots.course import CoursePilot, Method
 from glasshelm.pilots.cpa import CPA
 from glasshelm.pilots.function import function_pilot
 from glasshelm.pilots.fuzzy import FUZZY
+from glasshelm.pilots.guarded import GUARDED, GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot, read_pilot
 from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.potential import POTENTIAL
@@ -46,6 +47,11 @@ def bundled() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
 
 
+def names() -> tuple[str, ...]:
+    """Every pilot that needs no file: those bundled, the same guarded, those without weights."""
+    return (*bundled(), *(name + GUARDED for name in bundled()), *UNTRAINED)
+
+
 def default_pilot(ship: str) -> str:
     """The name of the pilot that steers a preset ship when nobody names one.
 
@@ -53,21 +59,24 @@ def default_pilot(ship: str) -> str:
     InputError names the ships if it is none of them.
     """
     ship_named(ship)
-    names = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
-    return next((name for name in names if name in bundled()), names[0])
+    choices = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
+    return next((name for name in choices if name in bundled()), choices[0])
 
 
 def pilot_named(name: str | Path) -> Pilot:
     """Any pilot: a bundled name, one without weights, a .safetensors file, or package.module:f.
 
+    A learned one's name or file followed by ``-guarded`` is he under guard.
     InputError lists the names that there are; CheckpointError tells what is
     wrong with a weights file.
     """
     if str(name) in UNTRAINED:
         return UNTRAINED[str(name)]
+    if str(name).endswith(GUARDED):
+        return GuardedPilot(_learned(str(name).removesuffix(GUARDED), bundled()))
     if ":" in str(name) and not str(name).endswith(SUFFIX):
         return function_pilot(str(name))
-    return _learned(name, (*bundled(), *UNTRAINED))
+    return _learned(name, names())
 
 
 def load(name: str | Path) -> LearnedPilot:

@@ -16,9 +16,20 @@ from glasshelm.frames import Frame
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.certainty import certain
 from glasshelm.report.episodes import RELEASE_RAD, TURN_RAD, Episode
+from glasshelm.report.guarding import overruled
 from glasshelm.report.reasons import doubts, why
 from glasshelm.report.rules import Kinds
-from glasshelm.report.words import approach, course, degrees, helm, lasting, miles, side, where
+from glasshelm.report.words import (
+    approach,
+    capital,
+    course,
+    degrees,
+    helm,
+    lasting,
+    miles,
+    side,
+    where,
+)
 
 #: So many frames are looked back upon.
 FRAMES = 60
@@ -79,11 +90,14 @@ def _what(voyage: Series, frame: Frame) -> str:
 
 def _why(voyage: Series, frame: Frame, kinds: Kinds | None) -> str:
     last, rudder = len(voyage.rudder_rad) - 1, float(voyage.rudder_rad[-1])
+    another = overruled([frame])
+    if another:
+        return capital(another)
     if abs(rudder) < RELEASE_RAD:
         return _nearest(frame)
     present = Episode(last, last, rudder)
     reasons = why(voyage, present).lstrip(":; ")
-    text = f"{reasons[:1].upper()}{reasons[1:]}"
+    text = capital(reasons)
     more = doubts(voyage, present, kinds=kinds).rstrip(".")
     return ". ".join(part for part in (text, more, certain(voyage, np.array([last]))) if part)
 
@@ -112,7 +126,7 @@ def _coming(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) ->
     heading = np.unwrap(ahead[:, 2])
     parts = [_turns(heading, step_s), _passing(frame, ahead, step_s)]
     text = "; ".join(part for part in parts if part)
-    return f"{text[:1].upper()}{text[1:]}"
+    return capital(text)
 
 
 def _turns(heading: Float[np.ndarray, " steps"], step_s: float) -> str:

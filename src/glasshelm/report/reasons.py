@@ -12,11 +12,14 @@ import numpy as np
 from glasshelm.figures.series import Series, ShipSeries
 from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import Episode
+from glasshelm.report.guarding import overruled
 from glasshelm.report.rules import Kinds, rule_against
 from glasshelm.report.words import NOTHING, approach, degrees, listed, miles, side, where
 
 #: A share of the rudder below this makes no difference (0.1°).
 LEAST_RAD = float(np.radians(0.1))
+#: A rudder away from a waypoint that is farther aside is not for the waypoint.
+ASIDE_RAD = float(np.radians(5))
 #: A second ship is named if her share is at least this part of the first one's.
 SHARE = 0.4
 #: A ship that moves the rudder the other way is named from this part of the rudder on.
@@ -31,6 +34,10 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     """
     k = episode.start if told_at is None else told_at
     at = acting(voyage, episode)
+    another = overruled([voyage.frames[i] for i in at])
+    if another:
+        return f"; {another}"
+    at = _his_own(voyage, at)
     rudder, alone = _mean(voyage.rudder_rad, at), _mean(voyage.alone_rad, at)
     if np.isnan(alone):
         return f"; {_nearest(voyage, k)}"
@@ -44,14 +51,16 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
         who = listed([f"{s.name} ({_threat(s, k)})" for s in named])
         said.append(f"{degrees(size)} for {who}")
     if alone * way > LEAST_RAD:
-        said.append(f"{degrees(alone)} for the waypoint")
+        off = _mean(voyage.waypoint_bearing_rad, at) * np.sign(alone)
+        what = "also with nobody there" if off < -ASIDE_RAD else "for the waypoint"
+        said.append(f"{degrees(alone)} {what}")
         if not moving or alone * way > abs(_mean(moving[0].shapley_rad, at)):
             said.reverse()
     elif alone * way < -LEAST_RAD and moving:
         said.append(f"with nobody there it would be {degrees(alone)} to {side(alone)}")
     if not said:
         return ": hardly any rudder, for nobody in particular"
-    said[0] = said[0].replace(" for ", " of rudder for ", 1)
+    said[0] = said[0].replace("° ", "° of rudder ", 1)
     back = _moving(voyage, at, -way)
     if back and abs(_mean(back[0].shapley_rad, at)) > AGAINST * abs(rudder):
         one = back[0]
@@ -129,6 +138,12 @@ def acting(voyage: Series, episode: Episode) -> np.ndarray:
     at = np.arange(episode.start, episode.end + 1)
     meant = at[voyage.rudder_rad[at] * episode.turn_rad > 0]
     return meant if meant.size else at
+
+
+def _his_own(voyage: Series, at: np.ndarray) -> np.ndarray:
+    """Those of some frames in which the pilot has the helm himself; shares are of no others."""
+    decided = [voyage.frames[k].decision for k in at]
+    return at[[d is None or d.overruled_rad is None for d in decided]]
 
 
 def _mean(row: np.ndarray, at: np.ndarray) -> float:

@@ -9,8 +9,9 @@ from glasshelm.figures.series import Frames, Series, series
 from glasshelm.report.certainty import certain
 from glasshelm.report.episodes import TURN_RAD, Episode, advice, turns
 from glasshelm.report.facts import Outside, Passage, describe, outside, passages
+from glasshelm.report.guarding import decider
 from glasshelm.report.reasons import acting, doubts, why
-from glasshelm.report.words import clock, course, degrees, lasting, miles, side, where
+from glasshelm.report.words import capital, clock, course, degrees, lasting, miles, side, where
 
 #: A ship that leaves the domain for no longer than this is told as staying.
 REENTRY_S = 60.0
@@ -52,7 +53,7 @@ def story(frames: Frames) -> list[Sentence]:
     told.append((len(voyage.time_s) - 1, "end", _ending(voyage)))
     order = {"outside": 0, "domain": 1, "turn": 2, "steady": 3, "passing": 4, "end": 5}
     told.sort(key=lambda item: (item[0], order[item[1]]))
-    return [Sentence(k, clock(voyage, k), kind, _capital(text)) for k, kind, text in told]
+    return [Sentence(k, clock(voyage, k), kind, capital(text)) for k, kind, text in told]
 
 
 def _of_turn(voyage: Series, episode: Episode) -> tuple[int, str, str]:
@@ -72,11 +73,12 @@ def _of_turn(voyage: Series, episode: Episode) -> tuple[int, str, str]:
 def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
     long = lasting(_long(voyage, episode))
     kept = _kept(voyage, episode)
+    who = decider([voyage.frames[k] for k in acting(voyage, episode)])
     if episode.turn_rad == 0:
-        text = f"the pilot would have left the rudder amidships, or nearly so, for {long}. {kept}"
+        text = f"{who} would have left the rudder amidships, or nearly so, for {long}. {kept}"
         return episode.start, "steady", text
     text = (
-        f"the pilot would have put the rudder {degrees(episode.turn_rad)} to "
+        f"{who} would have put the rudder {degrees(episode.turn_rad)} to "
         f"{side(episode.turn_rad)} for {long}{why(voyage, episode)}."
     )
     return episode.start, "turn", f"{_with(text, _judged(voyage, episode))} {kept}"
@@ -172,7 +174,3 @@ def _ending(voyage: Series) -> str:
 
 def _with(text: str, more: str) -> str:
     return " ".join(part for part in (text, more) if part)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

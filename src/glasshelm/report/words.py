@@ -14,6 +14,11 @@ NOTHING = 0.0005
 AMIDSHIPS_DEG = 0.5
 
 
+def capital(text: str) -> str:
+    """The text with its first letter large, to begin a sentence."""
+    return text[:1].upper() + text[1:]
+
+
 def miles(metres: float) -> str:
     """``0.30 NM`` below ten miles, ``12.4 NM`` above."""
     nautical = metres / NAUTICAL_MILE_M

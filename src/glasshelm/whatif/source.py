@@ -6,8 +6,8 @@ from datetime import datetime, time
 
 from glasshelm.errors import InputError
 from glasshelm.frames import Frame
-from glasshelm.pilots.catalogue import UNTRAINED, bundled, pilot_named
-from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.catalogue import names, pilot_named
+from glasshelm.pilots.guarded import learned_in
 from glasshelm.pilots.types import Pilot
 
 
@@ -20,7 +20,8 @@ def pilot_of(frame: Frame, named: Callable[[str], Pilot] | None = None) -> Pilot
     """
     name, made = frame.pilot, frame.weights_sha256
     pilot = _bundled(name) if named is None else named(name)
-    has = pilot.weights_sha256 if isinstance(pilot, LearnedPilot) else None
+    learned = learned_in(pilot)
+    has = None if learned is None else learned.weights_sha256
     if has != made:
         there, here = (x[:8] if x else "none" for x in (made, has))
         raise InputError(
@@ -32,7 +33,7 @@ def pilot_of(frame: Frame, named: Callable[[str], Pilot] | None = None) -> Pilot
 
 def _bundled(name: str) -> Pilot:
     """Never more than that: a log is no reason to open a file or to import a module."""
-    if name not in (*bundled(), *UNTRAINED):
+    if name not in names():
         raise InputError(
             f"the log's pilot {name[:100]!r} is not bundled: name the pilot who is to sail on"
         )

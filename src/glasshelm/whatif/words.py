@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from glasshelm.report.episodes import TURN_RAD
-from glasshelm.report.words import course, degrees, lasting, miles, side
+from glasshelm.report.words import capital, course, degrees, lasting, miles, side
 from glasshelm.whatif.account import Account, Alteration, Differences, Met
 from glasshelm.whatif.changes import Blind, Change, Deleted, KeptCourse, Rudder
 
@@ -18,7 +18,7 @@ def sentence(
     condition: str, changes: Sequence[Change], fact: Account, other: Account, parted: Differences
 ) -> str:
     """What the changed future would be, beside the one as things are."""
-    asked = f"{condition[:1].upper()}{condition[1:]}"
+    asked = capital(condition)
     passing = f"{_passing(fact, other)}."
     who = "own ship" if any(_orders(change) for change in changes) else "the pilot"
     if parted.parts_s is None and parted.apart_m < SAME_M:

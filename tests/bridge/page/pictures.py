@@ -15,7 +15,7 @@ from tests.bridge.page.conftest import FLAGS, PATIENCE_S, Server, chromium_found
 from tests.bridge.process import free_port
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
-SOURCE, PILOT, TIME_S = "random:35", "paper-attention", 90
+SOURCE, PILOT, TIME_S = "random:35", "paper-attention", 255
 PICTURES = {"bridge-day": "day", "bridge-night": "night"}
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
 from tests.bridge.page.test_page_stale import Receiver
 from tests.bridge.process import free_port
 
@@ -37,6 +37,10 @@ def test_nmea_over_udp(serve: Callable[..., Server], look: Visit, port: int) -> 
     page = look(serve(f"udp://127.0.0.1:{port}", "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar .state", "^Live$")
     wait_for_words(page, "gh-target-list tr[data-id='230000102'] .age", r"^\d s$")
+    page.keyboard.press("?")
+    page.locator("#compare").select_option("paper-waypoint")
+    page.get_by_role("button", name="Close").click()
+    wait_for_words(page, "gh-comparison tbody tr.other", "paper-waypoint", PATIENCE_S)
 
 
 @pytest.fixture

@@ -141,8 +141,10 @@ export class Advice extends LitElement {
   }
 
   private mode(frame: Frame, stale: boolean): string {
-    const who = frame.decision?.applied === false ? "advises only" : "pilot steers";
-    if (store.session?.mode === "replay") return "recorded decision";
+    const guards = frame.guard?.steers === true;
+    const advises = guards ? "guard advises" : "advises only";
+    const who = frame.decision?.applied === false ? advises : `${guards ? "guard" : "pilot"} steers`;
+    if (store.session?.mode === "replay") return guards ? "recorded, guard's" : "recorded decision";
     const old = store.frameAge_s;
     return stale && old !== null ? `${age(old)} old` : who;
   }

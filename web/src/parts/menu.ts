@@ -190,7 +190,7 @@ export class Menu extends LitElement {
           </select>
         </label>
         <label>Compare with
-          <select id="compare" ?disabled=${!session || session.mode === "replay" || session.mode === "live"}
+          <select id="compare" ?disabled=${!session || session.mode === "replay"}
             @change=${(e: Event) => store.send({ type: "compare", name: value(e) || null })}>
             <option value="" ?selected=${!session?.compare}>nobody</option>
             ${this.pilots(session?.compare ?? null)}

@@ -53,7 +53,7 @@ export class TargetList extends LitElement {
       </header>
       <div class="scroll" tabindex="0" role="region" aria-label="List of ships">
         <table>
-          <caption class="hidden">Ships, the largest intention first</caption>
+          <caption class="hidden">Ships, ${rows.some((r) => r.target.intention != null) ? "the largest intention" : "the most urgent"} first</caption>
           <thead>
             <tr>
               <th scope="col">Ship</th>

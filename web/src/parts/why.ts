@@ -217,8 +217,8 @@ export class Why extends LitElement {
 
   /** Who moves the rudder: the shares that add up to it. */
   private movers(frame: Frame, ids: readonly string[], look: Inks): Card | null {
-    if (frame.decision?.alone_rad == null) return null;
-    const told = ids.filter((id) => store.target(id)?.shapley_rad != null);
+    if (!ever((f) => f.decision?.alone_rad)) return null;
+    const told = ids.filter((id) => everOf(id, (t) => t.shapley_rad));
     return {
       title: "Who moves the rudder",
       hint: "° to starboard",
@@ -263,10 +263,7 @@ export class Why extends LitElement {
     leastY: number,
     fromZero = false,
   ): Card | null {
-    const told = ids.filter((id) => {
-      const target = store.target(id);
-      return target && value(target) != null;
-    });
+    const told = ids.filter((id) => store.target(id) && everOf(id, value));
     if (!told.length) return null;
     return {
       title,
@@ -293,6 +290,20 @@ export class Why extends LitElement {
       marks: [{ at: now, colour: look.path, label: "now" }],
     };
   }
+}
+
+/** Whether any frame of the pilot who decides now has this: its line is then drawn, with gaps. */
+function ever(value: (frame: Frame) => number | null | undefined): boolean {
+  const pilot = store.frame?.pilot;
+  return store.frames.some((f) => f.pilot === pilot && value(f) != null);
+}
+
+/** The same of a ship. */
+function everOf(id: string, value: (target: Target) => number | null | undefined): boolean {
+  return ever((f) => {
+    const target = f.targets.find((t) => t.id === id);
+    return target && value(target);
+  });
 }
 
 /** The question that the curve answers: why not the other side? */

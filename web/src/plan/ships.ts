@@ -2,10 +2,14 @@
 
 import { domainOutline, fromBody } from "../domain/geometry";
 import type { Ranked } from "../domain/ranking";
+import { turning } from "../domain/turning";
 import { vectorEnd, type Point } from "../domain/view";
 import type { Place, Target } from "../wire";
 import { inkOf, inside, ownMotion, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
+
+/** Length of a turn flag. */
+const FLAG_PX = 9;
 
 /** The ship domain of Eq. 14-15 about own ship. */
 export function domain(c: Context, scene: Scene): void {
@@ -37,7 +41,10 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
   const moving = target.speed_m_s > 0.25 && !target.lost;
   const awake = noted || alarm || target.fed !== false;
   if (moving && awake) {
-    symbol.line(c, at, view.toScreen(vector(scene, target)), ink, alarm ? 2.4 : noted ? 1.7 : 1, [6, 4]);
+    const [end, width] = [view.toScreen(vector(scene, target)), alarm ? 2.4 : noted ? 1.7 : 1];
+    symbol.line(c, at, end, ink, width, [6, 4]);
+    const side = turning(scene.frames, target.id);
+    if (side) symbol.line(c, end, flag(end, angle, side), ink, width);
   }
   if (!flashing || scene.bright)
     symbol.triangle(c, at, angle, size, ink, alarm ? 3 : noted ? 2 : 1.2, noted ? inks.sea : undefined);
@@ -45,6 +52,11 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
   if (target.lost) symbol.crossed(c, at, size + 3, ink);
   if (target.id === scene.selected) symbol.corners(c, at, 16, inks.ink, 2.2);
   else if (target.id === scene.hovered) symbol.corners(c, at, 16, inks.soft, 1.4);
+}
+
+/** The end of a turn flag: square to her course, on the side of her turn, whatever the vectors are. */
+function flag(end: Point, angle: number, side: -1 | 1): Point {
+  return { x: end.x + side * FLAG_PX * Math.cos(angle), y: end.y + side * FLAG_PX * Math.sin(angle) };
 }
 
 /** Where a ship's vector ends. */

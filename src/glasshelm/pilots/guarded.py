@@ -1,0 +1,119 @@
+"""A learned pilot under guard: while his own way brings a ship into the domain, the planner steers.
+
+Run-time assurance after the Simplex architecture (Sha 2001). Every minute the pilot is sailed
+ahead in thought (:mod:`glasshelm.planning.foresight`). While that way keeps clear of everybody he
+steers; while it does not, own ship is steered on the course that the planner finds
+(:mod:`glasshelm.planning.course`). Guard and planner see what the pilot sees, and take every
+target to keep straight on.
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.types import Pilot
+from glasshelm.planning.course import CourseSettings, plan_course, rudder_to
+from glasshelm.planning.foresight import Foreseen, foresee
+from glasshelm.ships import ShipParams
+from glasshelm.world.observe import Observation
+from glasshelm.world.outside import Trained
+
+#: What the name of a guarded pilot ends in.
+GUARDED = "-guarded"
+
+
+@dataclasses.dataclass(frozen=True)
+class GuardSettings:
+    """How the guard watches.
+
+    It looks every ``every`` decisions as far ahead as the planner does, and takes the
+    helm where the pilot's way brings a ship nearer to own ship's domain than ``slack`` (in
+    Eq. 13, unclipped).
+    """
+
+    every: int = 12
+    slack: float = 0.05
+    planner: CourseSettings = dataclasses.field(default_factory=CourseSettings)
+
+
+class Watch(eqx.Module):
+    """What the guard remembers from its last look.
+
+    ``guards``: it has the helm, on a course ``offset_rad`` off the bearing of the waypoint.
+    ``age``: decisions since the start.
+    """
+
+    guards: Bool[Array, "*b"]
+    offset_rad: Float[Array, "*b"]
+    age: Int[Array, "*b"]
+
+
+class GuardedPilot(eqx.Module):
+    """Steers as ``pilot`` while that keeps clear."""
+
+    pilot: LearnedPilot
+    settings: GuardSettings = eqx.field(static=True, default=GuardSettings())
+
+    @property
+    def name(self) -> str:
+        return self.pilot.name + GUARDED
+
+    @property
+    def weights_sha256(self) -> str | None:
+        return self.pilot.weights_sha256
+
+    @property
+    def trained(self) -> Trained:
+        return self.pilot.trained
+
+    @property
+    def ship(self) -> ShipParams:
+        return self.pilot.trained.ship
+
+    def start(self) -> Watch:
+        return Watch(jnp.zeros((), bool), jnp.zeros(()), jnp.zeros((), jnp.int32))
+
+    def ahead(self, seen: Observation) -> Foreseen:
+        """Where the pilot's own way leads from here."""
+        settings = self.settings
+        horizon_s = settings.planner.horizon_s
+        return foresee(self.pilot.actor, seen, self.ship, horizon_s, settings.slack)
+
+    def steer(self, seen: Observation, memory: Watch) -> tuple[Float[Array, ""], Watch]:
+        one = jax.tree.map(lambda x: x[None], (seen, memory))
+        rudder, memory = self.steer_together(*one)
+        return rudder[0], jax.tree.map(lambda x: x[0], memory)
+
+    def steer_together(self, seen: Observation, memory: Watch) -> tuple[Float[Array, " w"], Watch]:
+        """The rudders of worlds in step with each other: their guards look at once."""
+        guards, offset = jax.lax.cond(
+            memory.age[0] % self.settings.every == 0,
+            lambda: self._look(seen),
+            lambda: (memory.guards, memory.offset_rad),
+        )
+        own = jax.vmap(self.pilot.actor)(seen)
+        planned = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, seen)
+        return jnp.where(guards, planned, own), Watch(guards, offset, memory.age + 1)
+
+    def _look(self, seen: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
+        """In which worlds the guard takes the helm, and on which course; planned only if in any."""
+        guards = jnp.isfinite(jax.vmap(self.ahead)(seen).within_s)
+        offset = jax.lax.cond(
+            guards.any(),
+            lambda: jax.vmap(self._planned)(seen),
+            lambda: jnp.zeros_like(guards, jnp.float32),
+        )
+        return guards, offset
+
+    def _planned(self, seen: Observation) -> Float[Array, ""]:
+        return plan_course(seen, self.ship, self.settings.planner).offset_rad
+
+
+def learned_in(pilot: Pilot) -> LearnedPilot | None:
+    """The learned pilot whose reasons can be told: himself, or the one guarded; else None."""
+    inner = pilot.pilot if isinstance(pilot, GuardedPilot) else pilot
+    return inner if isinstance(inner, LearnedPilot) else None

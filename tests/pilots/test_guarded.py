@@ -1,0 +1,148 @@
+"""The guard leaves the helm to a pilot whose way keeps clear, and takes it where it does not."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tests.pilots.scenes import colliding, meeting
+from tests.untrained import untrained, write_weights
+
+import glasshelm
+from glasshelm.encounters.source import scenario_from
+from glasshelm.errors import InputError
+from glasshelm.pilots.catalogue import bundled, load, names, pilot_named
+from glasshelm.pilots.guarded import GuardedPilot, learned_in
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.pilots.together import Together
+from glasshelm.pilots.types import Pilot
+from glasshelm.report.story import story
+from glasshelm.ships import SHIPS
+from glasshelm.voyage import sail
+from glasshelm.world.step import begin, step
+
+SHIP = SHIPS["paper"]
+
+
+def reckless():
+    """A learned pilot who holds the rudder amidships whoever comes."""
+    pilot = untrained("sum")
+    return eqx.tree_at(
+        lambda p: p.actor,
+        pilot,
+        jax.tree.map(lambda x: 0 * x if eqx.is_array(x) else x, pilot.actor),
+    )
+
+
+@eqx.filter_jit
+def sailed(pilot, encounter, steps):
+    """Worst Eq. 13 on the way, the rudders, and who had the helm (of a guarded pilot)."""
+
+    def go(carry, _):
+        state, memory = carry
+        action, memory = pilot.steer(state.observation, memory)
+        out = step(encounter, state, action * SHIP.rudder_limit_rad, SHIP)
+        guards = getattr(memory, "guards", jnp.zeros((), bool))
+        margin = jnp.where(encounter.present, out.margin, -1.0).max()
+        return (out.state, memory), (margin, action, guards)
+
+    begun = begin(encounter, SHIP), pilot.start()
+    _, (margin, action, guards) = jax.lax.scan(go, begun, length=steps)
+    return margin.max(), action, guards
+
+
+def test_its_names(tmp_path):
+    write_weights(tmp_path / "mine.safetensors")
+    mine = pilot_named(f"{tmp_path / 'mine.safetensors'}-guarded")
+    assert isinstance(mine, GuardedPilot)
+    assert isinstance(mine, Pilot)
+    assert mine.name == "mine-guarded"
+    assert mine.weights_sha256 == glasshelm.load(tmp_path / "mine.safetensors").weights_sha256
+    assert {f"{name}-guarded" for name in bundled()} <= set(names())
+    with pytest.raises(InputError, match=r"unknown pilot 'nobody': .*paper-sum"):
+        pilot_named("nobody-guarded")
+    with pytest.raises(InputError, match="unknown pilot 'paper-cpa': choose one of large-ship-att"):
+        pilot_named("paper-cpa-guarded")
+
+
+def test_whose_reasons_can_be_told():
+    pilot = untrained()
+    assert learned_in(pilot) is pilot
+    assert learned_in(GuardedPilot(pilot)) is pilot
+    assert learned_in(StraightPilot()) is None
+
+
+def test_a_way_that_keeps_clear_is_the_pilots_own():
+    """Nothing is changed: his rudder to the bit."""
+    pilot = load("paper-sum")
+    encounter = meeting(colliding(180, tcpa_s=1200))
+    alone, guarded = (sailed(p, encounter, 360) for p in (pilot, GuardedPilot(pilot)))
+    assert float(alone[0]) < -0.05
+    assert not guarded[2].any()
+    np.testing.assert_array_equal(guarded[1], alone[1])
+
+
+def test_it_keeps_a_reckless_pilot_clear():
+    encounter = meeting(colliding(180, tcpa_s=900), colliding(270, tcpa_s=1000))
+    alone, guarded = (sailed(p, encounter, 300) for p in (reckless(), GuardedPilot(reckless())))
+    assert float(alone[0]) > 0.9
+    assert float(guarded[0]) <= 0
+    # Once they are past, the helm is the pilot's again.
+    assert guarded[2][0]
+    assert not guarded[2][-1]
+    np.testing.assert_array_equal(guarded[1][-1], 0.0)
+
+
+def test_it_looks_once_a_minute():
+    encounter = meeting(colliding(180, tcpa_s=900), colliding(270, tcpa_s=1000))
+    guards = np.asarray(sailed(GuardedPilot(reckless()), encounter, 300)[2])
+    changed = np.flatnonzero(guards[1:] != guards[:-1]) + 1
+    assert changed.size
+    assert not (changed % 12).any()
+
+
+def test_one_world_and_many_are_steered_alike():
+    pilot = GuardedPilot(reckless())
+    encounters = [meeting(colliding(c, tcpa_s=900)) for c in (180, 270)]
+    observed = [begin(e, SHIP).observation for e in encounters]
+    batch = jax.tree.map(lambda *x: jnp.stack(x), *observed)
+    helm = Together(pilot)
+    together, memory = helm(batch, helm.start(2))
+    for k, one in enumerate(observed):
+        alone, own = pilot.steer(one, pilot.start())
+        np.testing.assert_allclose(together[k], alone, atol=1e-5)
+        assert bool(memory.guards[k]) == bool(own.guards)
+
+
+@pytest.fixture(scope="module")
+def voyage():
+    """Imazu 21, where the pilot of the large ship is guarded for many minutes."""
+    scenario = scenario_from("imazu:21", SHIPS["large_ship"])
+    return list(sail(scenario, pilot_named("large-ship-sum-guarded"), 300))
+
+
+def test_frames_say_who_has_the_helm_and_what_the_guard_sees(voyage):
+    guarded = [f for f in voyage if f.guard.steers]
+    own = [f for f in voyage if not f.guard.steers]
+    assert guarded
+    assert own
+    assert all(f.pilot == "large-ship-sum-guarded" and f.weights_sha256 for f in voyage)
+    leading = next(f for f in guarded if f.guard.target is not None)
+    assert leading.guard.target in {t.id for t in leading.targets}
+    assert leading.guard.within_s >= 0
+    assert -0.05 < leading.guard.depth <= 1
+    for frame in guarded:
+        assert frame.decision.overruled_rad is not None
+        assert frame.decision.alone_rad is None
+        assert all(t.shapley_rad is None and t.left_out_rad is None for t in frame.targets)
+        assert frame.value is not None
+    for frame in own:
+        assert frame.decision.overruled_rad is None
+        shares = frame.decision.alone_rad + sum(t.shapley_rad for t in frame.targets)
+        assert shares == pytest.approx(frame.decision.rudder_rad, abs=1e-4)
+
+
+def test_the_story_says_that_the_guard_steers_and_why(voyage):
+    told = " ".join(str(s) for s in story(voyage))
+    assert "the guard steers: the pilot's own way (rudder " in told
+    assert " into the domain in " in told
