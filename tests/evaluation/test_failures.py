@@ -6,9 +6,11 @@ import pytest
 from tests.evaluation.cases import SHIP, SPEED, cases, encounter
 
 from glasshelm.evaluation.failures import Event, Verdict, counted, explain_failures
+from glasshelm.evaluation.suites.random import random_suite
 from glasshelm.pilots.catalogue import pilot_named
 from glasshelm.pilots.function import FunctionPilot
 from glasshelm.pilots.straight import StraightPilot
+from glasshelm.ships import SHIPS
 
 U = SPEED
 #: East, north [m], course [deg], speed [m/s]. She comes head-on; she keeps abeam to starboard.
@@ -99,6 +101,19 @@ def test_intrusions_are_deeper_than_zero_and_the_table_counts_them():
     assert [f.case for f in found] == [0]
     table = counted(found)
     assert "| way out missed later | 1 of 1 | 1 | 0 |" in table
+
+
+def test_every_failure_has_failed_and_not_before_it_began():
+    """In encounters as they are drawn; at the start nobody is in the domain yet."""
+    learned = pilot_named("large-ship-sum")
+    encounters = random_suite(SHIPS["large_ship"], 128).cases
+    for pilot, event in ((learned, Event.INTRUSION), (StraightPilot(), Event.COLLISION)):
+        found = explain_failures(pilot, StraightPilot(), None, encounters, event)
+        assert len(found) > 2
+        for f in found:
+            assert f.time_s > 0
+            assert f.depth > 0
+            assert event is Event.INTRUSION or f.nearest_m < 340.0
 
 
 def test_nothing_to_explain():

@@ -120,3 +120,30 @@ def test_a_rate_over_several_seeds_is_wider_than_over_one():
     found = rate(events)
     assert found.value == pooled.value
     assert found.high - found.low > 3 * (pooled.high - pooled.low)
+
+
+def test_several_seeds_without_an_event_still_have_an_upper_end():
+    none = np.zeros((5, 1000), bool)
+    assert rate(none).high == clopper_pearson(0, 1000).high
+    assert rate(~none).low == clopper_pearson(1000, 1000).low
+    theirs = none.copy()
+    theirs[:, :40] = True
+    ratio = risk_ratio(none, theirs)
+    assert ratio is not None
+    assert ratio.value == 0.0
+    assert ratio.high == pytest.approx(paired_ratio(none[0], theirs[0]).high)
+    once = np.eye(5, 1000, dtype=bool)
+    back = risk_ratio(theirs, once)
+    assert back is not None
+    assert back.low <= paired_ratio(theirs[0], once[0]).low
+
+
+def test_a_rare_rate_over_several_seeds_covers_95_in_100():
+    """Encounters with a danger of their own, the same for all seeds; two events a seed."""
+    rng = np.random.default_rng(3)
+    covered = 0
+    for _ in range(300):
+        danger = np.where(rng.random(400) < 0.05, 0.1, 0.0)
+        found = rate(rng.random((5, 400)) < danger)
+        covered += found.low <= 0.005 <= found.high
+    assert covered / 300 > 0.95

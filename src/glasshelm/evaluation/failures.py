@@ -8,6 +8,7 @@ beforehand: was there any way at all?
 
 import dataclasses
 import enum
+import functools
 from collections.abc import Callable, Sequence
 
 import equinox as eqx
@@ -16,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.evaluation.sail import SETTINGS, Measures, Place, helm_for, retrace, sail
+from glasshelm.evaluation.sail import SETTINGS, Live, Measures, helm_for, place_of, sail, watched
 from glasshelm.evaluation.types import Case
 from glasshelm.geometry import Vector, to_body
 from glasshelm.pilots.together import Together
@@ -120,11 +121,11 @@ def explain_failures(
     def helm(part: Case, where: slice) -> Steersman:
         return Together(pilot)
 
-    failed = np.flatnonzero(fails("the voyages", cases, helm))
+    met = _met(pilot, cases, event, progress)
+    failed = met.case
     if len(failed) == 0:
         return []
     cases = _take(cases, failed)
-    met = _met(pilot, cases, event)
     present = np.asarray(cases.encounter.present)
     slots = np.arange(present.shape[1])
     alone = fails("alone with her", _among(cases, slots == met.slot[:, None]), helm)
@@ -199,48 +200,71 @@ def _happened(measures: Measures, cases: Case, event: Event) -> Bool[np.ndarray,
     return np.asarray(measures.range_m[:, 1]) < np.asarray(cases.ship.loa_m)
 
 
+class _Ships(eqx.Module):
+    """Of every ship so far: from which step on it happened with her (-1: not), how bad it was."""
+
+    since: Int[Array, "w n"]
+    worst: Float[Array, "w n"]
+    nearest_m: Float[Array, "w n"]
+
+
 @dataclasses.dataclass(frozen=True)
 class _Met:
-    """With whom it happened, from when on, and how bad it was; one number a case."""
+    """Where it happened, with whom, from when on, and how bad it was; one number a case."""
 
+    case: np.ndarray
     slot: np.ndarray
     time_s: np.ndarray
     depth: np.ndarray
     nearest_m: np.ndarray
 
 
-def _met(pilot: Pilot, cases: Case, event: Event) -> _Met:
-    """The ship that the event happened with: the deepest (or nearest) of those in it."""
+def _met(
+    pilot: Pilot, cases: Case, event: Event, progress: Callable[[str, int, int], None]
+) -> _Met:
+    """The failures, each with the ship that it happened with: the deepest (or nearest) of those.
+
+    Which voyages fail and how is found by one program: another one rounds otherwise, and a voyage
+    between two ways out may then go the other way.
+    """
     size, parts = int(np.shape(cases.steps)[0]), []
+    shape = CHUNK, np.asarray(cases.encounter.present).shape[1]
+    start = _Ships(jnp.full(shape, -1), jnp.full(shape, -jnp.inf), jnp.full(shape, jnp.inf))
     for first in range(0, size, CHUNK):
-        filled = np.resize(np.arange(size)[first : first + CHUNK], CHUNK)
-        part = jax.tree.map(jnp.asarray, _take(cases, filled))
-        steps = int(np.asarray(part.steps).max())
-        place = retrace(Together(pilot), part, steps)
-        margin, range_m = _near(place, part)
-        length_m = jnp.asarray(part.ship.loa_m)[:, None]
-        bad = np.asarray(margin > 0 if event is Event.INTRUSION else range_m < length_m)
-        worth = np.asarray(margin if event is Event.INTRUSION else -range_m).max(0)
-        slot = np.where(bad.any(0), worth, -np.inf).argmax(-1)
-        each = np.arange(len(filled))
-        began = bad[:, each, slot].argmax(0) * SETTINGS.step_s
-        found = (slot, began, np.asarray(margin).max((0, 2)), np.asarray(range_m).min((0, 2)))
-        parts.append([x[: min(CHUNK, size - first)] for x in found])
+        part = jax.tree.map(
+            jnp.asarray, _take(cases, np.resize(np.arange(size)[first : first + CHUNK], CHUNK))
+        )
+        steps = jnp.asarray(part.steps).max()
+        _, seen = watched(Together(pilot), part, steps, _LOOKS[event], start)
+        since, worst, nearest_m = map(np.asarray, (seen.since, seen.worst, seen.nearest_m))
+        worth = worst if event is Event.INTRUSION else -nearest_m
+        slot = np.where(since >= 0, worth, -np.inf).argmax(-1)
+        began = np.take_along_axis(since, slot[:, None], -1)[:, 0]
+        failed = np.flatnonzero(began[: min(CHUNK, size - first)] >= 0)
+        found = (slot, began * SETTINGS.step_s, worst.max(-1), nearest_m.min(-1))
+        parts.append([failed + first, *(x[failed] for x in found)])
+        progress("the voyages", min(first + CHUNK, size), size)
     return _Met(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-@jax.jit
-def _near(place: Place, cases: Case) -> tuple[Float[Array, "t w n"], Float[Array, "t w n"]]:
-    """Eq. 13 (unclipped) and range [m] of every ship at every counted instant, else far."""
-    own = jax.tree.map(lambda x: x[..., None], place.own)
+def _look(event: Event, so_far: _Ships, cases: Case, live: Live) -> _Ships:
+    """One instant more, if it is measured: not after the voyage's end."""
+    step, own = live.state.step, jax.tree.map(lambda x: x[:, None], live.state.own)
+    place = jax.vmap(place_of)(cases, live, jnp.zeros(step.shape))
     offset = Vector(place.east_m - own.east_m, place.north_m - own.north_m)
     length_m = jnp.asarray(cases.ship.loa_m)[:, None]
+    counted = live.measures.time_s == step * SETTINGS.step_s
+    there = place.present & cases.encounter.present & counted[:, None]
     margin = danger_unclipped(to_body(offset, own.heading_rad), length_m)
-    number = jnp.arange(place.east_m.shape[0])[:, None]
-    counted = (number > 0) & (number <= cases.steps)
-    there = place.present & cases.encounter.present & counted[..., None]
-    far = jnp.hypot(offset.x, offset.y)
-    return jnp.where(there, margin, -jnp.inf), jnp.where(there, far, jnp.inf)
+    margin = jnp.where(there, margin, -jnp.inf)
+    range_m = jnp.where(there, jnp.hypot(offset.x, offset.y), jnp.inf)
+    bad = margin > 0 if event is Event.INTRUSION else range_m < length_m
+    since = jnp.where(bad & (so_far.since < 0), step[:, None], so_far.since)
+    worst = jnp.maximum(so_far.worst, margin)
+    return _Ships(since, worst, jnp.minimum(so_far.nearest_m, range_m))
+
+
+_LOOKS = {event: functools.partial(_look, event) for event in Event}
 
 
 def _among(cases: Case, kept: Bool[np.ndarray, "w n"]) -> Case:

@@ -1,6 +1,7 @@
 """Sailing a batch of cases in one compiled program that keeps measures, not tracks."""
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -88,6 +89,7 @@ class Place(eqx.Module):
 
 #: Batches of cases under way, and what the pilots remember.
 _Carry = tuple[Live, Any]
+Total = TypeVar("Total")
 
 
 def helm_for(pilot: Pilot | Seer, cases: Case) -> Steersman:
@@ -112,6 +114,25 @@ def _sail(helm: Steersman, cases: Case, steps: Int[Array, ""]) -> Measures:
     start = _embark(helm, cases)
     live, _ = jax.lax.fori_loop(0, steps, lambda _, carry: _tick(helm, cases, carry)[0], start)
     return live.measures
+
+
+@eqx.filter_jit
+def watched(
+    helm: Steersman,
+    cases: Case,
+    steps: Int[Array, ""],
+    look: Callable[[Total, Case, Live], Total],
+    start: Total,
+) -> tuple[Live, Total]:
+    """The voyages at their end, and what was seen on the way: ``look`` adds an instant to it."""
+
+    def go(_: Int[Array, ""], so_far: tuple[_Carry, Total]) -> tuple[_Carry, Total]:
+        carry, total = so_far
+        following, _action = _tick(helm, cases, carry)
+        return following, look(total, cases, following[0])
+
+    (live, _), total = jax.lax.fori_loop(0, steps, go, (_embark(helm, cases), start))
+    return live, total
 
 
 @eqx.filter_jit

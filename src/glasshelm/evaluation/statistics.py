@@ -10,6 +10,7 @@ encounters, so seeds are drawn as wholes, and encounters within their strata.
 """
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 
@@ -19,6 +20,9 @@ from scipy.stats import beta
 
 #: Two-sided 95 %.
 LEVEL = 0.95
+#: With fewer events (or fewer others) than this a seed, resampling does not see how many there
+#: might have been.
+FEW = 5
 _Z = 1.959963984540054
 
 Values = Float[np.ndarray, "seeds n"]
@@ -33,8 +37,8 @@ class Interval:
     high: float
 
 
-def clopper_pearson(events: int, of: int, level: float = LEVEL) -> Interval:
-    """The exact interval of a rate: ``events`` of ``of`` independent trials."""
+def clopper_pearson(events: int | float, of: int, level: float = LEVEL) -> Interval:
+    """The exact interval of a rate: ``events`` of ``of`` independent trials (a mean of several)."""
     tail = (1.0 - level) / 2
     low = float(beta.ppf(tail, events, of - events + 1)) if events else 0.0
     high = float(beta.ppf(1.0 - tail, events + 1, of - events)) if events < of else 1.0
@@ -82,10 +86,23 @@ def bootstrap(
 
 
 def rate(events: Bool[np.ndarray, "seeds n"]) -> Interval:
-    """A rate: exact for one seed, by the bootstrap over seeds and encounters for several."""
-    if events.shape[0] == 1:
-        return clopper_pearson(int(events.sum()), events.size)
-    return bootstrap(events.astype(np.float64), np.zeros(events.shape[1], np.int64), mean)
+    """A rate: exact for one seed, by the bootstrap over seeds and encounters for several.
+
+    Several seeds of few events (``FEW``): at least as wide as if their mean number were one seed's.
+    All seeds sail the same encounters, so more of them are not more trials.
+    """
+    seeds, number = events.shape
+    count = events.sum() / seeds
+    exact = clopper_pearson(count, number)
+    if seeds == 1:
+        return exact
+    found = bootstrap(events.astype(np.float64), np.zeros(number, np.int64), mean)
+    return found if FEW <= count <= number - FEW else _hull(found, exact)
+
+
+def _hull(first: Interval, second: Interval) -> Interval:
+    """The first's estimate, within both."""
+    return Interval(first.value, min(first.low, second.low), max(first.high, second.high))
 
 
 def risk_ratio(
@@ -93,7 +110,8 @@ def risk_ratio(
 ) -> Interval | None:
     """How many times as often it happens to us, over the same encounters.
 
-    None where it never happens to them. Several seeds: by the bootstrap.
+    None where it never happens to them. Several seeds: by the bootstrap; of few events (``FEW``)
+    at least as wide as the score interval of any seed of ours with any of theirs.
     """
     if not theirs.any():
         return None
@@ -109,7 +127,13 @@ def risk_ratio(
         b = both[split + rng.integers(len(theirs), size=len(theirs))][:, drawn].mean()
         found[i] = a / b if b > 0 else math.inf
     low, high = np.quantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], method="nearest")
-    return Interval(float(ours.mean() / theirs.mean()), float(low), float(high))
+    whole = Interval(float(ours.mean() / theirs.mean()), float(low), float(high))
+    if min(events.sum() / len(events) for events in (ours, theirs)) >= FEW:
+        return whole
+    for one, other in itertools.product(ours, theirs):
+        unknown = Interval(math.nan, 0.0, math.inf)
+        whole = _hull(whole, paired_ratio(one, other) if other.any() else unknown)
+    return whole
 
 
 def paired_ratio(ours: Bool[np.ndarray, " n"], theirs: Bool[np.ndarray, " n"]) -> Interval:

@@ -46,8 +46,10 @@ def _methods() -> str:
     return (
         "Definitions: docs/evaluation.md. In brackets 95 % intervals: Clopper-Pearson for rates "
         "of one training seed, Nam-Blackwelder score for paired ratios, percentile bootstrap "
-        "(seeds as wholes, encounters within their number of ships) for returns and for "
-        "everything over several seeds. All pilots on one ship met the same encounters."
+        "for returns (encounters within their number of ships) and for everything over several "
+        "seeds (seeds as wholes; rates of fewer than five events a seed at least as wide as the "
+        "exact interval of one). All pilots on one ship met the same encounters. Meetings are "
+        "taken as independent trials, though a voyage may have several."
     )
 
 
