@@ -66,10 +66,10 @@ def test_finished_chunks_are_not_sailed_again_and_results_are_the_same_to_the_bi
 def test_a_damaged_file_is_sailed_again(tmp_path):
     kept, job = Kept(tmp_path), jobs()[0]
     found = done(job)
-    kept.write(job, found)
-    assert kept.read(job) is not None
-    kept.path(job).write_bytes(kept.path(job).read_bytes()[:300])
-    assert kept.read(job) is None
+    kept.write(job.key, found)
+    assert kept.read(job.key) is not None
+    kept.path(job.key).write_bytes(kept.path(job.key).read_bytes()[:300])
+    assert kept.read(job.key) is None
 
 
 def test_results_are_in_the_order_of_the_suite():

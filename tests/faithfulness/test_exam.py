@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from tests.untrained import observation, untrained
 
-from glasshelm.cli import main
-from glasshelm.faithfulness.exam import MEASURES, examine, mean_with_interval
+from glasshelm.evaluation.jobs import Kept
+from glasshelm.faithfulness.exam import MEASURES, after_layers, examine
 from glasshelm.faithfulness.explainers import EXPLAINERS, explainers_for
+from glasshelm.faithfulness.intervals import mean_with_interval
+from glasshelm.faithfulness.kept import kept_or, key_of
 from glasshelm.faithfulness.rollouts import turned_without
 from glasshelm.faithfulness.scenes import MATTERS_RAD, scenes_of
-from glasshelm.faithfulness.stability import forgotten, shaken
+from glasshelm.faithfulness.stability import depth, forgotten, shaken
 from glasshelm.faithfulness.tables import report
 from glasshelm.pilots.catalogue import load
 
@@ -33,7 +35,7 @@ def mean(examined, explainer, measure):
 def test_every_explanation_has_every_score_in_every_scene(examined):
     assert set(examined.told) == {e.name for e in EXPLAINERS}
     for by in examined.told.values():
-        assert set(by) == set(MEASURES)
+        assert set(MEASURES) | {after_layers(top) for top in range(1, 7)} == set(by)
         assert {len(v) for v in by.values()} == {len(examined.voyage)}
 
 
@@ -46,15 +48,55 @@ def test_the_shapley_value_has_full_marks_against_itself_and_nulls_have_not(exam
 
 
 def test_nulls_do_not_notice_that_the_pilot_forgot_everything(examined):
-    assert mean(examined, "cpa", "forgotten") == pytest.approx(1.0, abs=0.1)
-    assert mean(examined, "shapley", "forgotten") < 0.8
+    assert mean(examined, "cpa", "forgotten") == pytest.approx(1.0)
+    assert mean(examined, "random", after_layers(1)) == pytest.approx(1.0)
+    assert np.isnan(examined.told["uniform"]["forgotten"]).all()
+
+
+def test_what_is_made_of_the_networks_is_forgotten_and_may_come_back_upside_down(examined):
+    for explainer in ("shapley", "leave_one_out", "attention"):
+        found = examined.told[explainer]["forgotten"]
+        assert found.min() < 0
+        assert mean(examined, explainer, "forgotten") < 0.6
+
+
+def test_layers_are_forgotten_one_after_the_other_from_the_output_down(examined):
+    assert examined.layers == 7
+    # Attention is what the bottom three layers say: the head of the actor has no part in it.
+    assert mean(examined, "attention", after_layers(4)) == pytest.approx(1.0)
+    assert mean(examined, "attention", after_layers(6)) < 1.0
+    asked = np.isfinite(examined.told["shapley"][after_layers(1)])
+    assert asked.sum() == -(-len(asked) // 4)
+
+
+def test_what_is_a_rudder_is_also_taken_as_it_is_told(examined):
+    for name, by in examined.told.items():
+        told = np.isfinite(by["as_told"])
+        assert told.all() if name in ("shapley", "leave_one_out", "gradient") else not told.any()
+        assert np.all(by["as_told"][told] >= by["infidelity"][told] - 1e-5)
+    assert mean(examined, "shapley", "as_told") < 1.0
+
+
+def test_scores_are_kept_to_the_bit_and_not_computed_again(examined, tmp_path):
+    def never():
+        raise AssertionError("examined again")
+
+    pilot, kept = examined.pilot, Kept(tmp_path)
+    key = key_of(pilot, 32, 12, (3,))
+    assert kept_or(lambda: examined, kept, key, pilot) == (examined, False)
+    again, before = kept_or(never, kept, key, pilot)
+    assert before
+    assert report("p", [again], "c", "m") == report("p", [examined], "c", "m")
+    assert key_of(pilot, 32, 13, (3,)) != key
+    assert key_of(load("paper-sum"), 32, 12, (3,)) != key
 
 
 def test_the_report_names_scenes_weights_and_a_verdict(examined):
     text = report("paper-attention", [examined], "glasshelm exam", "a machine")
     assert f"{len(examined.voyage):,} scenes" in text
     assert examined.pilot.weights_sha256[:8] in text
-    assert "DCPA and TCPA" in text.split("In brackets")[1]
+    assert "20 comparisons with DCPA and TCPA" in text
+    assert "| explanation | 1 | 2 | 3 | 4 | 5 | 6 | 7 |" in text
 
 
 def test_scenes_are_those_in_which_a_ship_matters(pilot):
@@ -96,6 +138,19 @@ def test_forgetting_keeps_the_scale_of_every_matrix():
     assert float(actor(observation(3))) != float(other(observation(3)))
 
 
+def test_a_network_forgets_from_its_output_down_and_keeps_the_rest():
+    actor = untrained("attention").actor
+    assert depth(actor) == 4
+    assert depth(None) == 0
+    first, two = forgotten(actor, 0, 1), forgotten(actor, 0, 2)
+    for other in (first, two, forgotten(actor, 0)):
+        assert not np.array_equal(other.head.weights[-1], actor.head.weights[-1])
+        np.testing.assert_array_equal(other.head.weights[-1], first.head.weights[-1])
+    np.testing.assert_array_equal(first.head.weights[-2], actor.head.weights[-2])
+    assert not np.array_equal(two.head.weights[-2], actor.head.weights[-2])
+    np.testing.assert_array_equal(two.encode_target.weights[-1], actor.encode_target.weights[-1])
+
+
 def test_what_a_pilot_does_not_have_is_not_examined():
     names = {e.name for e in explainers_for(untrained("sum", critic=False).actor, None)}
     assert names.isdisjoint({"attention", "intention", "danger", "shapley_decision"})
@@ -108,16 +163,3 @@ def test_the_interval_of_dependent_scenes_is_that_of_their_voyages():
     values = np.repeat(by_voyage, 20)
     _, low, high = mean_with_interval([values], [np.repeat(np.arange(50), 20)])
     assert high - low == pytest.approx(2 * 1.96 / np.sqrt(50), rel=0.35)
-
-
-def test_the_command_writes_its_table_and_figure(tmp_path, capsys):
-    told = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
-    told += ["--ships", "3"]
-    assert main([*told, "--out", str(tmp_path)]) == 0
-    assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
-    assert (tmp_path / "exam-paper-attention.png").stat().st_size > 10_000
-
-
-def test_a_pilot_without_networks_has_nothing_to_explain(tmp_path, capsys):
-    assert main(["exam", "--pilots", "straight", "--out", str(tmp_path)]) == 2
-    assert "no networks to explain" in capsys.readouterr().err

@@ -64,6 +64,14 @@ def test_infidelity_is_the_variation_that_no_multiple_of_the_explanation_says():
     assert float(scores(told, worth, False).infidelity) == pytest.approx(expected, rel=1e-4)
 
 
+def test_with_the_scale_as_told_an_explanation_of_half_the_size_misses_a_quarter():
+    worth = additive([0.5, -0.2, 0.1])
+    half = jnp.array([0.25, -0.1, 0.05])
+    assert float(scores(half, worth, True).infidelity) == pytest.approx(0.0, abs=1e-6)
+    assert float(scores(half, worth, True).as_told) == pytest.approx(0.25, abs=1e-5)
+    assert np.isnan(float(scores(half, worth, False).as_told))
+
+
 def test_where_no_ship_matters_nothing_can_be_ordered():
     found = scores(jnp.array([1.0, 2.0]), jnp.full(4, 0.2), False)
     assert np.isnan(float(found.deletion))

@@ -52,6 +52,7 @@ def run(
     from glasshelm.evaluation.progress import Display
     from glasshelm.evaluation.tables import report
     from glasshelm.evaluation.workers import workers_named
+    from glasshelm.folders import writable
     from glasshelm.parquet import check_parquet
 
     if parquet:
@@ -60,6 +61,7 @@ def run(
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = entrants(pilots, ships)
     hands = workers_named(workers, address)
+    writable(out)
     with Display(console) as display:
         try:
             found = examine(chosen, suite, out, command, encounters, hands, display.show)

@@ -13,10 +13,11 @@ def run(
     scenes: int = 400,
     ships: tuple[int, ...] = (2, 3, 4, 5, 6),
 ) -> None:
-    """Put every explanation of a pilot to the test: exam.md and a figure.
+    """Put every explanation of a pilot to the test: exam.md and figures.
 
     Each is asked what the pilot would do if ships were not there, and the
-    pilot is asked too. Scores and nulls: docs/explanations.md.
+    pilot is asked too. Scores and nulls: docs/explanations.md. Finished
+    pilots are kept in OUT/chunks: the same command goes on where Ctrl-C stopped it.
 
     Args:
         pilots: Bundled names or .safetensors files; NAME=A.safetensors,B.safetensors for the
@@ -33,45 +34,22 @@ def run(
     import sys
 
     from rich.console import Console
-    from rich.progress import Progress
 
     from glasshelm.errors import InputError
     from glasshelm.evaluation.entrants import entrants
     from glasshelm.evaluation.exam import machine
-    from glasshelm.faithfulness.exam import examine
-    from glasshelm.faithfulness.plots import scores_figure
+    from glasshelm.faithfulness.candidates import candidates
     from glasshelm.faithfulness.scenes import COUNTS
-    from glasshelm.faithfulness.tables import report
-    from glasshelm.figures.style import save
-    from glasshelm.pilots.learned import LearnedPilot
+    from glasshelm.faithfulness.session import examine_all
+    from glasshelm.folders import writable
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:
             raise InputError(f"--{name} {value}: must be 1 or more")
     if not set(ships) <= set(COUNTS) or not ships:
         raise InputError(f"--ships {' '.join(map(str, ships))}: numbers from 2 to 6")
-    console = Console(stderr=True)
+    chosen = candidates(entrants(pilots))
     command = shlex.join(["glasshelm", *sys.argv[1:]])
-    text = ["# Exam of explanations", "", "Definitions: docs/explanations.md.", ""]
-    for entrant in entrants(pilots):
-        examined = []
-        for seed, pilot in enumerate(entrant.pilots):
-            if not isinstance(pilot, LearnedPilot):
-                raise InputError(
-                    f"pilot {pilot.name!r} has no networks to explain, or is guarded: "
-                    "name a learned pilot or a .safetensors file"
-                )
-            with Progress(console=console, transient=True) as bar:
-                task = bar.add_task(entrant.name, total=None)
-
-                def say(what: str, done: int, of: int, bar=bar, task=task) -> None:
-                    bar.update(task, description=what, completed=done, total=of)
-
-                examined.append(examine(pilot, encounters, scenes, ships, say))
-            count = len(examined[-1].voyage)
-            console.print(f"{entrant.name}, seed {seed}: {count} scenes", markup=False)
-        text.append(report(entrant.name, examined, command, machine()))
-        save(scores_figure(examined, entrant.name), out / f"exam-{entrant.name}")
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "exam.md").write_text("\n".join(text), encoding="utf-8")
-    console.print(f"{out / 'exam.md'}", markup=False)
+    what = (encounters, scenes, tuple(sorted(set(ships))))
+    console = Console(stderr=True)
+    examine_all(chosen, what, writable(out), command, machine(), console)

@@ -20,7 +20,7 @@ from glasshelm.pilots.types import Pilot, Seer
 from glasshelm.ships import SHIPS, ShipParams, ship_named
 
 #: The rooms whose code decides what a voyage comes to.
-_ROOMS = (
+VOYAGE = (
     "encounters", "evaluation", "explain/slots.py", "geometry.py", "learning/reversals.py",
     "networks", "pilots", "planning", "ships.py", "trig.py", "world",
 )  # fmt: skip
@@ -96,11 +96,11 @@ def digest_of(pilot: Pilot | Seer) -> str:
 
 
 @functools.cache
-def code_digest() -> str:
-    """SHA-256 of the code that decides what a voyage comes to, and of what it is computed with."""
+def code_digest(rooms: tuple[str, ...] = VOYAGE) -> str:
+    """SHA-256 of the code that decides a result, and of what it is computed with."""
     root = Path(glasshelm.__file__).parent
     told = hashlib.sha256()
-    for room in _ROOMS:
+    for room in rooms:
         path = root / room
         for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
             told.update(file.relative_to(root).as_posix().encode() + file.read_bytes())

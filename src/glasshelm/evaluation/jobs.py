@@ -99,28 +99,28 @@ def here(jobs: Sequence[Job]) -> Iterator[tuple[int, Found]]:
 
 
 class Kept:
-    """Finished jobs in a folder: one file each, whole or not there."""
+    """Finished jobs in a folder, by their keys: one file each, whole or not there."""
 
     def __init__(self, folder: Path):
         self.folder = folder
 
-    def path(self, job: Job) -> Path:
-        return self.folder / f"{job.key}.npz"
+    def path(self, key: str) -> Path:
+        return self.folder / f"{key}.npz"
 
-    def read(self, job: Job) -> Found | None:
+    def read(self, key: str) -> Found | None:
         """What a job left, if it was done before; a damaged file counts as none."""
         try:
-            with np.load(self.path(job), allow_pickle=False) as file:
+            with np.load(self.path(key), allow_pickle=False) as file:
                 return {name: file[name] for name in file.files}
         except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
             return None
 
-    def write(self, job: Job, found: Found) -> None:
+    def write(self, key: str, found: Found) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
-        partial = self.folder / f"{job.key}.partial"
+        partial = self.folder / f"{key}.partial"
         with open(partial, "wb") as file:
             np.savez(file, **found)  # type: ignore[arg-type]
-        os.replace(partial, self.path(job))
+        os.replace(partial, self.path(key))
 
 
 def all_done(
@@ -129,11 +129,11 @@ def all_done(
     """Every job with what it left: those kept at once, the others as they are done."""
     left: list[Job] = []
     for job in jobs:
-        found = kept.read(job)
+        found = kept.read(job.key)
         if found is None:
             left.append(job)
         else:
             yield job, found
     for place, found in workers(left):
-        kept.write(left[place], found)
+        kept.write(left[place].key, found)
         yield left[place], found

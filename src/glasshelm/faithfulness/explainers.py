@@ -26,7 +26,7 @@ Of = Callable[
 
 @dataclasses.dataclass(frozen=True)
 class Explainer:
-    """One explanation. ``signed``: its sign claims a side, + = to starboard."""
+    """One explanation. ``signed``: it is a rudder, as a fraction of the limit, + = to starboard."""
 
     name: str
     title: str

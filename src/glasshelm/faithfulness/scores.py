@@ -19,8 +19,8 @@ class Scores(eqx.Module):
     the Shapley value of the rudder; ``sign`` is the share of |φ| whose side e
     tells rightly (nan where it claims none). ``deletion`` and ``insertion``: 0 is a random
     order, 1 the best one (nan where all orders are alike). ``infidelity``
-    (Yeh et al. 2019, uniform over coalitions, scale of e fitted): the share of
-    the rudder's variation that c·Σe misses.
+    (Yeh et al. 2019, uniform over coalitions): the share of the rudder's
+    variation that c·Σe misses with c fitted, ``as_told`` with c = 1 (nan where e is no rudder).
     """
 
     kendall: Float[Array, ""]
@@ -29,12 +29,16 @@ class Scores(eqx.Module):
     deletion: Float[Array, ""]
     insertion: Float[Array, ""]
     infidelity: Float[Array, ""]
+    as_told: Float[Array, ""]
 
 
 def scores(
     told: Float[Array, " n"], worth: Float[Array, " k"], signed: bool | Bool[Array, ""]
 ) -> Scores:
-    """The scores of an explanation ``told`` against the rudders ``worth`` of all coalitions."""
+    """The scores of an explanation ``told`` against the rudders ``worth`` of all coalitions.
+
+    ``signed``: it claims a side, and is in the units of ``worth``.
+    """
     players = told.shape[0]
     true = shares(worth).by_ship
     size, place = jnp.abs(true), _places(jnp.abs(told))
@@ -50,6 +54,7 @@ def scores(
         _normalised(left_out, place, best=1.0),
         _normalised(kept, place, best=-1.0),
         _infidelity(told, worth),
+        jnp.where(signed, _infidelity(told, worth, 1.0), jnp.nan),
     )
 
 
@@ -101,9 +106,12 @@ def _best_path(value: Float[Array, " k"], players: int) -> Float[Array, ""]:
     return best[-1]
 
 
-def _infidelity(told: Float[Array, " n"], worth: Float[Array, " k"]) -> Float[Array, ""]:
-    """min_c E_S[(v(N) − v(N∖S) − c·Σ_{i∈S} e_i)²] / E_S[(v(N) − v(N∖S))²], S uniform."""
+def _infidelity(
+    told: Float[Array, " n"], worth: Float[Array, " k"], c: float | None = None
+) -> Float[Array, ""]:
+    """E_S[(v(N) − v(N∖S) − c·Σ_{i∈S} e_i)²] / E_S[(v(N) − v(N∖S))²], S uniform; least over c
+    unless it is given."""
     drop = worth[-1] - worth[::-1]
     said = jnp.asarray(coalitions(told.shape[0]), jnp.float32) @ told
-    c = (said @ drop) / jnp.maximum(said @ said, 1e-20)
-    return ((drop - c * said) ** 2).sum() / jnp.maximum((drop**2).sum(), 1e-20)
+    scale = (said @ drop) / jnp.maximum(said @ said, 1e-20) if c is None else c
+    return ((drop - scale * said) ** 2).sum() / jnp.maximum((drop**2).sum(), 1e-20)

@@ -1,7 +1,8 @@
 """Does an explanation hold still when the scene does, and change when the pilot does?"""
 
+import itertools
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -10,6 +11,9 @@ import numpy as np
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.geometry import Vector
+from glasshelm.networks.actors import Actor, AttentionActor
+from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.networks.mlp import Mlp
 from glasshelm.ships import KNOT_M_S
 from glasshelm.world.observe import LENGTH_M, SPEED_M_S, TARGET_FEATURES, Observation, target_row
 
@@ -55,15 +59,51 @@ def sensitivity(
     return worst / jnp.maximum(jnp.linalg.norm(told, axis=-1), 1e-9)
 
 
-def forgotten(network: Network, seed: int) -> Network:
-    """The network with every weight exchanged for another of the same matrix, at random.
+def forgotten(network: Network, seed: int, layers: int | None = None) -> Network:
+    """The network with the weights of its top layers exchanged within each matrix, at random.
 
-    Shapes and scales stay, everything learned is lost (Adebayo et al. 2018, all layers).
+    ``layers`` are counted from the output down; None: all. Shapes and scales
+    stay, what was learned is lost (Adebayo et al. 2018). With one seed the layers that
+    are lost first are shuffled alike however many follow.
     """
+    rank = {
+        id(leaf): place
+        for place, turn in enumerate(_from_output(network))
+        for leaf in jax.tree.leaves(turn)
+    }
     leaves, tree = jax.tree.flatten(network)
     rng = np.random.default_rng(seed)
-    mixed = [jnp.asarray(rng.permutation(np.ravel(x)).reshape(x.shape)) for x in leaves]
+    mixed = []
+    for leaf in leaves:
+        shuffled = rng.permutation(np.ravel(leaf)).reshape(leaf.shape)
+        lost = layers is None or rank[id(leaf)] < layers
+        mixed.append(shuffled if lost else np.asarray(leaf))
     return jax.tree.unflatten(tree, mixed)
+
+
+def depth(network: Actor | SubTaskCritic | None) -> int:
+    """The number of layers that there are to forget, one after the other."""
+    return len(_from_output(network))
+
+
+def _from_output(network: Any) -> list[tuple[Any, ...]]:
+    """Weights and biases layer by layer from the output down; what lies side by side together.
+
+    Of an actor first the head, then the encoders and the attention score.
+    """
+    if network is None:
+        return []
+    if isinstance(network, SubTaskCritic):
+        turns: list[tuple[Mlp, ...]] = [(network.of_waypoint, network.of_target)]
+    else:
+        encoders = (network.encode_waypoint, network.encode_target)
+        score = (network.score,) if isinstance(network, AttentionActor) else ()
+        turns = [(network.head,), (*encoders, *score)]
+    found = []
+    for side_by_side in turns:
+        layers = [list(zip(m.weights, m.biases, strict=True))[::-1] for m in side_by_side]
+        found += [tuple(filter(None, same)) for same in itertools.zip_longest(*layers)]
+    return found
 
 
 def spearman(a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, ""]:

@@ -1,0 +1,69 @@
+"""One exam from beginning to end: pilot after pilot, each one's results written when it is done."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from glasshelm.evaluation.jobs import Kept
+from glasshelm.faithfulness.exam import Examined, examine
+from glasshelm.faithfulness.kept import kept_or, key_of
+from glasshelm.faithfulness.plots import scores_figure
+from glasshelm.faithfulness.tables import report
+from glasshelm.figures.style import save
+from glasshelm.pilots.learned import LearnedPilot
+
+#: Encounters, scenes at most of each number of ships, numbers of ships.
+What = tuple[int, int, tuple[int, ...]]
+
+
+def examine_all(
+    chosen: Sequence[tuple[str, Sequence[LearnedPilot]]],
+    what: What,
+    out: Path,
+    command: str,
+    machine: str,
+    console: Console,
+) -> None:
+    """Examine the seeds of every named pilot; exam.md and a figure are written after each pilot.
+
+    The scores of each seed are kept in ``out/chunks`` and are not computed again.
+    """
+    text = ["# Exam of explanations", "", "Definitions: docs/explanations.md.", ""]
+    total, done = sum(len(seeds) for _, seeds in chosen), 0
+    try:
+        for name, seeds in chosen:
+            examined = []
+            for number, pilot in enumerate(seeds):
+                found, before = _examined(name, pilot, what, out, console)
+                examined.append(found)
+                done += 1
+                kept = ", examined before" if before else ""
+                said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
+                console.print(said, markup=False)
+            text.append(report(name, examined, command, machine))
+            (out / "exam.md").write_text("\n".join(text), encoding="utf-8")
+            save(scores_figure(examined, name), out / f"exam-{name}")
+    except KeyboardInterrupt:
+        console.print(
+            f"interrupted: {done} of {total} pilots and seeds are kept in {out}; "
+            "the same command goes on from there",
+            markup=False,
+        )
+        raise
+    console.print(f"{out / 'exam.md'}", markup=False)
+
+
+def _examined(
+    name: str, pilot: LearnedPilot, what: What, out: Path, console: Console
+) -> tuple[Examined, bool]:
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task(name, total=None)
+
+        def say(doing: str, done: int, of: int) -> None:
+            bar.update(task, description=doing, completed=done, total=of)
+
+        work = partial(examine, pilot, *what, say)
+        return kept_or(work, Kept(out / "chunks"), key_of(pilot, *what), pilot)

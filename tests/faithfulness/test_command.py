@@ -1,0 +1,118 @@
+"""``glasshelm exam`` from the command line: what is refused first, written when, kept."""
+
+import numpy as np
+import pytest
+from tests.untrained import write_weights
+
+from glasshelm.cli import main
+from glasshelm.faithfulness import session
+from glasshelm.faithfulness.exam import MEASURES, Examined, after_layers
+from glasshelm.faithfulness.explainers import explainers_for
+
+
+def made_up(pilot, *_):
+    """Scores of 40 scenes that nobody computed."""
+    rng = np.random.default_rng(0)
+    explainers = explainers_for(pilot.actor, pilot.critic)
+    measures = [*MEASURES, *(after_layers(top) for top in range(1, 7))]
+    told = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
+    return Examined(pilot, explainers, told, np.arange(40), np.full(40, 3), rng.uniform(size=40))
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The names of the pilots that were examined; the examination itself is made up."""
+    names = []
+
+    def examine(pilot, *what):
+        names.append(pilot.name)
+        return made_up(pilot)
+
+    monkeypatch.setattr(session, "examine", examine)
+    return names
+
+
+@pytest.fixture
+def weights(tmp_path):
+    """Writes a file of weights and gives its path."""
+
+    def write(name, *args, **options):
+        path = tmp_path / f"{name}.safetensors"
+        write_weights(path, *args, **options)
+        return str(path)
+
+    return write
+
+
+def exam(out, *pilots):
+    return main(["exam", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
+
+
+def one_line(capsys):
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    return said
+
+
+def test_the_command_writes_its_table_and_figure(tmp_path):
+    """The one test here in which scores are computed."""
+    told = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
+    told += ["--ships", "3"]
+    assert main([*told, "--out", str(tmp_path)]) == 0
+    assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
+    assert (tmp_path / "exam-paper-attention.png").stat().st_size > 10_000
+
+
+def test_all_pilots_are_checked_before_any_is_examined(tmp_path, asked, capsys):
+    assert exam(tmp_path / "out", "paper-sum", "straight") == 2
+    assert "no networks to explain" in one_line(capsys)
+    assert not asked
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("other", [("attention", False), ("sum", True)])
+def test_seeds_that_differ_in_what_they_have_are_refused_first(
+    other, tmp_path, weights, asked, capsys
+):
+    first, second = weights("with"), weights("odd", *other)
+    for order in ([first, second], [second, first]):
+        assert exam(tmp_path / "out", "both=" + ",".join(order)) == 2
+        said = one_line(capsys)
+        assert "seeds cannot be examined together" in said
+        assert "'odd'" in said
+    assert not asked
+
+
+@pytest.mark.parametrize("command", ["exam", "evaluate"])
+@pytest.mark.parametrize("out", ["file", "file/below", "/proc/x"])
+def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, asked, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main([command, "--pilots", "paper-sum", "--out", str(tmp_path / out)]) == 2
+    assert f"--out {tmp_path / out}" in one_line(capsys)
+    assert (tmp_path / "file").read_text() == "mine"
+    assert not asked
+
+
+def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
+    tmp_path, weights, asked, capsys, monkeypatch
+):
+    pilots = [weights("one"), weights("two", "sum")]
+    go_on = session.examine
+
+    def interrupted(pilot, *what):
+        if pilot.name == "two":
+            raise KeyboardInterrupt
+        return go_on(pilot, *what)
+
+    monkeypatch.setattr(session, "examine", interrupted)
+    assert exam(tmp_path / "out", *pilots) == 130
+    assert "1 of 2 pilots and seeds are kept in" in capsys.readouterr().err.replace("\n", " ")
+    text = (tmp_path / "out" / "exam.md").read_text()
+    assert "## one" in text
+    assert (tmp_path / "out" / "exam-one.png").exists()
+    monkeypatch.setattr(session, "examine", go_on)
+    assert exam(tmp_path / "out", *pilots) == 0
+    assert asked == ["one", "two"]
+    again = (tmp_path / "out" / "exam.md").read_text()
+    assert "## two" in again
+    assert again.startswith(text.rstrip())
