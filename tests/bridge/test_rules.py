@@ -52,3 +52,11 @@ def test_ships_keep_their_meetings_as_others_come_and_go():
 def test_no_risk_no_rule():
     told = Rules().see(frame(0, Other(east_m=15_000.0), Other("2", lost=True)))
     assert [m.type for m in told.values()] == ["none", "none"]
+
+
+def test_a_ship_that_stops_is_in_no_meeting():
+    """What is left of her course is the noise of her position."""
+    rules = Rules()
+    assert rules.see(frame(0, Other(speed_m_s=0.4)))["1"].type == "head-on"
+    assert rules.see(frame(5, Other(speed_m_s=0.2)))["1"].type == "none"
+    assert rules.see(frame(10, Other(speed_m_s=0.0, course_deg=0.0)))["1"].type == "none"

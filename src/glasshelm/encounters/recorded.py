@@ -13,13 +13,14 @@ from glasshelm.encounters.ais_csv import read_csv
 from glasshelm.encounters.ais_nmea import read_nmea
 from glasshelm.encounters.ais_table import OWN_SENSORS, Particulars, Recording, Reports
 from glasshelm.encounters.candidates import UNDER_WAY_KN, candidates
+from glasshelm.encounters.mmsi import called
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.random import WIDE
 from glasshelm.encounters.tracks import Row, single_track, stack_rows
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
 from glasshelm.errors import InputError
 from glasshelm.geometry import Vector
-from glasshelm.ships import KNOT_M_S, ShipParams, ShipState
+from glasshelm.ships import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState
 
 RECORDED = "recorded"
 #: A ship not heard for so long is lost: two missed reports of a class A ship at anchor (3 min).
@@ -254,8 +255,8 @@ def _waypoint(
     stretch = max(settings.nearest_waypoint_m / away[end], 1.0)
     if stretch > 1.0:
         notes.append(
-            f"own ship's track ends {away[end] / 1000:.1f} km off: her waypoint lies "
-            f"{settings.nearest_waypoint_m / 1000:.1f} km off in that direction"
+            f"own ship's track ends {away[end] / NAUTICAL_MILE_M:.1f} NM off: her waypoint lies "
+            f"{settings.nearest_waypoint_m / NAUTICAL_MILE_M:.1f} NM off in that direction"
         )
     return float(east[end] * stretch), float(north[end] * stretch)
 
@@ -263,4 +264,4 @@ def _waypoint(
 def _info(number: int, known: Particulars) -> TargetInfo:
     if number == OWN_SENSORS:
         return TargetInfo(RECORDED, "recording ship", known.length_m, known.kind)
-    return TargetInfo(str(number), known.name or f"MMSI {number}", known.length_m, known.kind)
+    return TargetInfo(str(number), known.name or called(number), known.length_m, known.kind)

@@ -2,7 +2,8 @@
 
 A *meeting* is one target from the instant at which risk of collision first
 exists until she is past and clear. Its kind is taken at that instant, from bearings and
-courses (Rules 13-15), and does not change after it (Rule 13(d)). What is
+courses (Rules 13-15), and does not change after it (Rule 13(d)). With a ship that is stopped
+when there would be risk there is no meeting. What is
 recorded are facts: when, how much and to which side own ship altered, how near the
 ships came, on which side they passed. The facts are those that Woerner et al.
 (2018, Autonomous Robots, doi 10.1007/s10514-018-9765-y) grade; :mod:`.grades` judges them.
@@ -23,7 +24,7 @@ from glasshelm.geometry import (
     to_body,
     velocity,
 )
-from glasshelm.ships import NAUTICAL_MILE_M, ShipState
+from glasshelm.ships import KNOT_M_S, NAUTICAL_MILE_M, ShipState
 
 #: Risk of collision: on present courses and speeds the ships would come this near ...
 RISK_DCPA_M = NAUTICAL_MILE_M
@@ -31,6 +32,9 @@ RISK_DCPA_M = NAUTICAL_MILE_M
 RISK_TCPA_S = 1800.0
 #: ... while in sight of one another: the range of a masthead light (Rule 22(a)).
 SIGHT_M = 6 * NAUTICAL_MILE_M
+#: Slower over ground a ship counts as stopped: Rules 13-15 are for vessels under way, and the
+#: course of a ship that does not move says nothing.
+STOPPED_M_S = 0.5 * KNOT_M_S
 #: More than 22.5 degrees abaft the beam is overtaking (Rule 13(b)).
 ABAFT_RAD = float(jnp.radians(112.5))
 #: Each ahead of the other within this is meeting end on (Rule 14(b) gives no number).
@@ -126,6 +130,7 @@ class Meetings(eqx.Module):
         from_them = to_body(Vector(-away.x, -away.y), targets.course_rad)
         risk = targets.present & (cpa.dcpa_m < RISK_DCPA_M) & (range_m <= SIGHT_M)
         risk &= (cpa.tcpa_s > 0) & (cpa.tcpa_s <= RISK_TCPA_S)
+        risk &= (targets.speed_m_s >= STOPPED_M_S) & (norm(own_velocity) >= STOPPED_M_S)
         kind = kind_of(bearing, direction(from_them), own.speed_m_s > targets.speed_m_s)
         first = (self.kind == Kind.NONE) & risk
         met = targets.present & ((self.kind != Kind.NONE) | first)

@@ -54,7 +54,8 @@ def now(
     """The sentence of the last of these frames; None where nothing is decided.
 
     Its reasons and CPAs are of the last frame, as the numbers beside it on a page are: the shares
-    add up to the rudder shown. ``kinds`` are those of the meetings that the page shows.
+    that it tells add up to the rudder shown, each rounded to a tenth of a degree. ``kinds`` are
+    those of the meetings that the page shows.
 
     ``ahead`` is own ship's predicted track (east, north [m], heading [rad]) at
     every step, from the last frame on.
@@ -78,7 +79,8 @@ def _what(voyage: Series, frame: Frame) -> str:
     rudder = decision.rudder_rad
     order = helm(rudder)
     if not decision.applied:
-        return f"Advice: {order}; heading {course(frame.own.heading_rad)}"
+        # A ship that goes her own way is known by her course over ground.
+        return f"Advice: {order}; course {course(frame.own.heading_rad)}"
     begin = _begun(voyage)
     turned = float(voyage.heading_rad[-1] - voyage.heading_rad[begin])
     if abs(rudder) < RELEASE_RAD or abs(turned) < TURN_RAD:

@@ -14,22 +14,24 @@ from glasshelm.geometry import CPA_HORIZON_S
 from glasshelm.report.episodes import Episode
 from glasshelm.report.guarding import overruled
 from glasshelm.report.rules import Kinds, rule_against
-from glasshelm.report.words import NOTHING, approach, degrees, listed, miles, side, where
+from glasshelm.report.shares import UNSAID_RAD, Share, Shares, foremost, shares, total
+from glasshelm.report.words import NOTHING, approach, listed, miles, side, tenths, where
 
-#: A share of the rudder below this makes no difference (0.1°).
+#: A ship whose share of the rudder is below this (0.1°) is not told with her CPA.
 LEAST_RAD = float(np.radians(0.1))
 #: A rudder away from a waypoint that is farther aside is not for the waypoint.
 ASIDE_RAD = float(np.radians(5))
-#: A second ship is named if her share is at least this part of the first one's.
+#: A second ship is told with her CPA if her share is at least this part of the first one's.
 SHARE = 0.4
-#: A ship that moves the rudder the other way is named from this part of the rudder on.
+#: A ship that moves the rudder the other way is told so from this part of the rudder on.
 AGAINST = 0.25
 
 
 def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     """The reason of a turn or an advice, from mean shares while the rudder was that way.
 
-    Begins with its own punctuation, to follow what was done. CPAs are those of the
+    What is said adds up to the mean rudder, but for the rounding of each number to a tenth of a
+    degree. Begins with its own punctuation, to follow what was done. CPAs are those of the
     frame ``told_at``: by default of the beginning, when the decision was made.
     """
     k = episode.start if told_at is None else told_at
@@ -38,36 +40,68 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     if another:
         return f"; {another}"
     at = _his_own(voyage, at)
-    rudder, alone = _mean(voyage.rudder_rad, at), _mean(voyage.alone_rad, at)
-    if np.isnan(alone):
+    cut = shares(voyage, at)
+    if cut is None:
         return f"; {_nearest(voyage, k)}"
-    way = np.sign(rudder) or 1.0
-    moving = _moving(voyage, at, way)
-    said = []
-    if moving:
-        best = _mean(moving[0].shapley_rad, at)
-        named = [s for s in moving[:2] if _mean(s.shapley_rad, at) / best >= SHARE]
-        size = sum(_mean(s.shapley_rad, at) for s in named)
-        who = listed([f"{s.name} ({_threat(s, k)})" for s in named])
-        said.append(f"{degrees(size)} for {who}")
-    if alone * way > LEAST_RAD:
-        off = _mean(voyage.waypoint_bearing_rad, at) * np.sign(alone)
-        what = "also with nobody there" if off < -ASIDE_RAD else "for the waypoint"
-        said.append(f"{degrees(alone)} {what}")
-        if not moving or alone * way > abs(_mean(moving[0].shapley_rad, at)):
-            said.reverse()
-    elif alone * way < -LEAST_RAD and moving:
-        said.append(f"with nobody there it would be {degrees(alone)} to {side(alone)}")
-    if not said:
+    gains = _gains(cut, k, _mean(voyage.waypoint_bearing_rad, at))
+    if not gains:
         return ": hardly any rudder, for nobody in particular"
-    said[0] = said[0].replace("° ", "° of rudder ", 1)
-    back = _moving(voyage, at, -way)
-    if back and abs(_mean(back[0].shapley_rad, at)) > AGAINST * abs(rudder):
-        one = back[0]
-        said.append(
-            f"{one.name} ({_threat(one, k)}) holds it back by {degrees(_mean(one.shapley_rad, at))}"
-        )
-    return f": {', '.join(said)}"
+    gains = gains.replace("° ", "° of rudder ", 1)
+    return ": " + "; ".join(part for part in (gains, _turned(cut), _held(cut, k)) if part)
+
+
+def _gains(cut: Shares, k: int, waypoint_rad: float) -> str:
+    """What moves the rudder to its side: ships, the waypoint at this relative bearing."""
+    named = [s for s in _told(cut.moving)[:2] if s.size_rad >= SHARE * cut.moving[0].size_rad]
+    rest = cut.moving[len(named) :]
+    said = []
+    if named:
+        who = listed([f"{s.ship.name} ({_threat(s.ship, k)})" for s in named])
+        said.append(f"{tenths(total(named))} for {who}")
+    if cut.alone_rad >= UNSAID_RAD:
+        away = waypoint_rad * cut.way < -ASIDE_RAD
+        what = "also with nobody there" if away else "for the waypoint"
+        said.append(f"{tenths(cut.alone_rad)} {what}")
+        if named and cut.alone_rad > named[0].size_rad:
+            said.reverse()
+    if total(rest) >= UNSAID_RAD:
+        said.append(f"{tenths(total(rest))} for {_others(rest, bool(named))}")
+    return ", ".join(said)
+
+
+def _turned(cut: Shares) -> str:
+    """That with no ship there the rudder would be on its other side."""
+    if cut.alone_rad > -UNSAID_RAD:
+        return ""
+    return f"with nobody there it would be {tenths(cut.alone_rad)} to {side(-cut.way)}"
+
+
+def _held(cut: Shares, k: int) -> str:
+    """Which ships move it the other way."""
+    said = []
+    named = [s for s in _told(cut.back)[:1] if s.size_rad > AGAINST * cut.rudder_rad]
+    rest = cut.back[len(named) :]
+    for one in named:
+        who = f"{one.ship.name} ({_threat(one.ship, k)})"
+        said.append(f"{who} holds it back by {tenths(one.size_rad)}")
+    if total(rest) >= UNSAID_RAD:
+        who, much = _others(rest, bool(named or _told(cut.moving))), tenths(total(rest))
+        holds = "holds" if len(foremost(rest)) == 1 else "hold"
+        said.append(f"{who} by {much}" if named else f"{who} {holds} it back by {much}")
+    return ", ".join(said)
+
+
+def _told(some: list[Share]) -> list[Share]:
+    """Those whose share is large enough to be told with their CPA."""
+    return [one for one in some if one.size_rad > LEAST_RAD]
+
+
+def _others(rest: list[Share], after_some: bool) -> str:
+    """The name of the one, or how many they are; ``after_some``: ships are named before."""
+    count = len(foremost(rest))
+    if count == 1:
+        return rest[0].ship.name
+    return f"{count} {'others' if after_some else 'ships'}"
 
 
 def doubts(
@@ -80,11 +114,11 @@ def doubts(
     """
     k = episode.start if told_at is None else told_at
     at = acting(voyage, episode)
-    way = np.sign(_mean(voyage.rudder_rad, at)) or 1.0
-    moving = _moving(voyage, at, way)
+    cut = shares(voyage, at)
+    moving = [] if cut is None else [one.ship for one in _told(cut.moving)]
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
-    if moving:
-        said.append(rule_against(voyage, moving[0], k, way, kinds))
+    if cut is not None and moving:
+        said.append(rule_against(voyage, moving[0], k, cut.way, kinds))
     return " ".join(f"{text}." for text in said if text)
 
 
@@ -105,13 +139,7 @@ def _valued(voyage: Series, at: np.ndarray) -> str:
     gain = _mean(voyage.priority_waypoint, at) + _mean(voyage.priority_collision, at)
     if np.isnan(gain) or gain >= -NOTHING:
         return ""
-    return f"The critic sees no gain in it ({gain:+.2f})".replace("-", "−")
-
-
-def _moving(voyage: Series, at: np.ndarray, way: float) -> list[ShipSeries]:
-    """Ships that move the rudder that way, the largest first."""
-    found = [s for s in voyage.ships if _mean(s.shapley_rad, at) * way > LEAST_RAD]
-    return sorted(found, key=lambda s: -abs(_mean(s.shapley_rad, at)))
+    return "The critic rates the rudder amidships better"
 
 
 def _threat(ship: ShipSeries, k: int) -> str:

@@ -10,7 +10,14 @@ from collections.abc import Mapping
 
 import jax.numpy as jnp
 
-from glasshelm.evaluation.colregs import RISK_DCPA_M, RISK_TCPA_S, SIGHT_M, Kind, kind_of
+from glasshelm.evaluation.colregs import (
+    RISK_DCPA_M,
+    RISK_TCPA_S,
+    SIGHT_M,
+    STOPPED_M_S,
+    Kind,
+    kind_of,
+)
 from glasshelm.figures.series import Series, ShipSeries
 
 #: The kind of each meeting that is known, by the ship's id.
@@ -22,11 +29,12 @@ def rule_against(
 ) -> str:
     """What a Rule asks for instead of rudder to this side (1 starboard, −1 port); else empty.
 
-    Only while there is risk of collision and the ships are in sight of one another.
+    Only while there is risk of collision, both are under way and in sight of one another.
     With ``kinds`` a ship that is not among them is in no meeting.
     """
     risk = ship.dcpa_m[k] < RISK_DCPA_M and 0 < ship.tcpa_s[k] < RISK_TCPA_S
-    if not (risk and ship.range_m[k] < SIGHT_M):
+    stopped = min(ship.speed_m_s[k], voyage.speed_m_s[k]) < STOPPED_M_S
+    if stopped or not (risk and ship.range_m[k] < SIGHT_M):
         return ""
     kind = _kind(voyage, ship, k) if kinds is None else kinds.get(ship.id, Kind.NONE)
     if kind is Kind.HEAD_ON and way < 0:

@@ -11,7 +11,17 @@ from glasshelm.report.episodes import TURN_RAD, Episode, advice, turns
 from glasshelm.report.facts import Outside, Passage, describe, outside, passages
 from glasshelm.report.guarding import decider
 from glasshelm.report.reasons import acting, doubts, why
-from glasshelm.report.words import capital, clock, course, degrees, lasting, miles, side, where
+from glasshelm.report.words import (
+    capital,
+    clock,
+    course,
+    degrees,
+    lasting,
+    miles,
+    side,
+    tenths,
+    where,
+)
 
 #: A ship that leaves the domain for no longer than this is told as staying.
 REENTRY_S = 60.0
@@ -78,7 +88,7 @@ def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
         text = f"{who} would have left the rudder amidships, or nearly so, for {long}. {kept}"
         return episode.start, "steady", text
     text = (
-        f"{who} would have put the rudder {degrees(episode.turn_rad)} to "
+        f"{who} would have put the rudder {tenths(episode.turn_rad)} to "
         f"{side(episode.turn_rad)} for {long}{why(voyage, episode)}."
     )
     return episode.start, "turn", f"{_with(text, _judged(voyage, episode))} {kept}"
@@ -169,7 +179,8 @@ def _ending(voyage: Series) -> str:
     bearing = float(voyage.waypoint_bearing_rad[last])
     heading = course(float(voyage.heading_rad[last]))
     way = "ahead" if abs(bearing) < TURN_RAD else f"{degrees(bearing)} to {side(bearing)}"
-    return f"the voyage ends on heading {heading}, the waypoint {way} at {miles(left)}."
+    on = "heading" if voyage.applied else "course"
+    return f"the voyage ends on {on} {heading}, the waypoint {way} at {miles(left)}."
 
 
 def _with(text: str, more: str) -> str:

@@ -39,16 +39,22 @@ def degrees(radians: float) -> str:
     return f"{size:.1f}°" if size < 2 else f"{size:.0f}°"
 
 
+def tenths(radians: float) -> str:
+    """The size of a rudder, or of a part of one, as a page shows it: ``4.0°``."""
+    return f"{abs(math.degrees(radians)):.1f}°"
+
+
 def helm(rudder_rad: float) -> str:
     """A rudder in words, to the tenth of a degree that a page shows beside it.
 
     ``rudder 3.4° to starboard``; small ones ``rudder amidships (0.2° to starboard)``.
     """
-    size = f"{abs(math.degrees(rudder_rad)):.1f}"
-    if float(size) == 0:
+    size = tenths(rudder_rad)
+    degree = float(size.rstrip("°"))
+    if degree == 0:
         return "rudder amidships"
-    angle = f"{size}° to {side(rudder_rad)}"
-    return f"rudder amidships ({angle})" if float(size) < AMIDSHIPS_DEG else f"rudder {angle}"
+    angle = f"{size} to {side(rudder_rad)}"
+    return f"rudder amidships ({angle})" if degree < AMIDSHIPS_DEG else f"rudder {angle}"
 
 
 def course(radians: float) -> str:

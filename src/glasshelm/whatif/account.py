@@ -24,11 +24,13 @@ class Met:
 class Alteration:
     """The first time that own ship leaves her heading: how far, and how long until then.
 
-    ``returns``: the alteration leads back towards the waypoint.
+    ``half_s`` is how long until half of it; ``returns``: the alteration leads back towards
+    the waypoint.
     """
 
     turn_rad: float
     within_s: float
+    half_s: float
     returns: bool
 
 
@@ -72,12 +74,16 @@ class Differences:
 
     ``parts_s`` is when the rudders first differ by half a degree (time of the log),
     None if they never do; ``rudder_rad`` their largest difference; ``apart_m`` the
-    largest distance between own ship in the one and in the other.
+    largest distance between own ship in the one and in the other. ``aside_rad`` is the
+    largest difference of the headings (+ = the second farther to starboard), ``aside_s``
+    how long after the branch.
     """
 
     parts_s: float | None
     rudder_rad: float
     apart_m: float
+    aside_rad: float
+    aside_s: float
 
 
 def account(future: Future) -> Account:
@@ -115,7 +121,12 @@ def differences(one: Future, other: Future) -> Differences:
     apart = np.hypot(*(one.track_m[:count] - other.track_m[:count]).T)
     parted = np.flatnonzero(rudder >= RELEASE_RAD)
     parts_s = float(one.time_s[parted[0]]) if parted.size else None
-    return Differences(parts_s, float(rudder.max()), float(apart.max()))
+    aside = other.heading_rad[:count] - one.heading_rad[:count]
+    widest = int(np.argmax(np.abs(aside)))
+    after_s = float(one.time_s[widest] - one.time_s[0])
+    return Differences(
+        parts_s, float(rudder.max()), float(apart.max()), float(aside[widest]), after_s
+    )
 
 
 def _alteration(future: Future) -> Alteration | None:
@@ -133,7 +144,9 @@ def _alteration(future: Future) -> Alteration | None:
     k = first + int(np.flatnonzero(off[first:end] * way >= most - min(0.05 * most, TURN_RAD))[0])
     begin, then = (abs(float(x)) for x in _waypoint_bearing(future, heading)[[0, k]])
     returns = begin >= TURN_RAD and then <= 0.5 * begin
-    return Alteration(float(off[k]), future.branch.settings.step_s * k, returns)
+    half = int(np.flatnonzero(off * way >= 0.5 * off[k] * way)[0])
+    step_s = future.branch.settings.step_s
+    return Alteration(float(off[k]), step_s * k, step_s * half, returns)
 
 
 def _waypoint_bearing(future: Future, heading: Row) -> Row:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from glasshelm.report.episodes import TURN_RAD
 from glasshelm.report.words import capital, course, degrees, lasting, miles, side
+from glasshelm.ships import NAUTICAL_MILE_M
 from glasshelm.whatif.account import Account, Alteration, Differences, Met
 from glasshelm.whatif.changes import Blind, Change, Deleted, KeptCourse, Rudder
 
@@ -12,6 +13,8 @@ SAME_M = 20.0
 #: Alterations alike in size (``TURN_RAD``) are one if so near in time: seconds, or a share of it.
 SAME_S = 60.0
 SAME_SHARE = 0.25
+#: Tracks that part by more are never much the same.
+MUCH_SAME_M = 0.1 * NAUTICAL_MILE_M
 
 
 def sentence(
@@ -24,10 +27,20 @@ def sentence(
     if parted.parts_s is None and parted.apart_m < SAME_M:
         return f"{asked}, {who} would do the same. {passing}"
     would = _would(other)
-    if _alike(fact.alteration, other.alteration):
-        apart = f"the tracks part by {miles(parted.apart_m)} at most"
-        return f"{asked}, {who} would do much the same: {would}; {apart}. {passing}"
-    return f"{asked}, {who} would {would}; {_contrast(changes, fact, other)}. {passing}"
+    if not _alike(fact.alteration, other.alteration):
+        return f"{asked}, {who} would {would}; {_contrast(changes, fact, other)}. {passing}"
+    apart = f"the tracks part by {miles(parted.apart_m)} at most"
+    then, now = other.alteration, fact.alteration
+    if then and now and not _at_one_time(now.half_s, then.half_s):
+        half = f"half of it within {lasting(then.half_s)} instead of {lasting(now.half_s)}"
+        text = f"would {_turn(then, 'return', 'alter')}, {half}"
+    elif parted.apart_m > MUCH_SAME_M:
+        aside = f"{degrees(parted.aside_rad)} more to {side(parted.aside_rad)}"
+        after = lasting(parted.aside_s)
+        text = f"would {would}, as it does as things are, but head up to {aside} after {after}"
+    else:
+        text = f"would do much the same: {would}"
+    return f"{asked}, {who} {text}; {apart}. {passing}"
 
 
 def _orders(change: Change) -> bool:
@@ -39,9 +52,12 @@ def _alike(one: Alteration | None, other: Alteration | None) -> bool:
     """Alterations to the same side, alike in size and in time."""
     if one is None or other is None:
         return one is other
-    late = max(SAME_S, SAME_SHARE * max(one.within_s, other.within_s))
     near = abs(one.turn_rad - other.turn_rad) < TURN_RAD
-    return near and abs(one.within_s - other.within_s) <= late
+    return near and _at_one_time(one.within_s, other.within_s)
+
+
+def _at_one_time(one_s: float, other_s: float) -> bool:
+    return abs(one_s - other_s) <= max(SAME_S, SAME_SHARE * max(one_s, other_s))
 
 
 def _would(told: Account) -> str:
@@ -57,12 +73,12 @@ def _course(told: Account, stay: str, back: str, turns: str) -> str:
     turn = told.alteration
     if turn is None:
         return f"{stay} {course(told.heading_rad)}"
+    return f"{_turn(turn, back, turns)} within {lasting(turn.within_s)}"
+
+
+def _turn(turn: Alteration, back: str, turns: str) -> str:
     what = f"{back} to course, " if turn.returns else f"{turns} "
-    return f"{what}{_size(turn)}"
-
-
-def _size(turn: Alteration) -> str:
-    return f"{degrees(turn.turn_rad)} to {side(turn.turn_rad)} within {lasting(turn.within_s)}"
+    return f"{what}{degrees(turn.turn_rad)} to {side(turn.turn_rad)}"
 
 
 def _contrast(changes: Sequence[Change], fact: Account, other: Account) -> str:
