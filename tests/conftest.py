@@ -1,4 +1,7 @@
-"""Every shape annotation of glasshelm is checked while tests run."""
+"""Every shape annotation of glasshelm is checked while tests run.
+
+And what a test finds is not that of the machine: its terminal, its cache of programs.
+"""
 
 import gc
 import os
@@ -6,20 +9,31 @@ from collections.abc import Iterator
 from pathlib import Path
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+# Most of a test's time is XLA compiling small programs: the next run finds them here, and so do
+# the processes that tests start.
+os.environ["JAX_COMPILATION_CACHE_DIR"] = str(Path(__file__).parents[1] / ".cache" / "jax")
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
+os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "0"
 
 import jax
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
 
 install_import_hook("glasshelm", "beartype.beartype")
 
-# Most of a test's time is XLA compiling small programs: the next run finds them here.
-jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parents[1] / ".cache" / "jax"))
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+# What is printed is the same on any terminal, and on none.
+for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
+    os.environ.pop(name, None)
 
-settings.register_profile("here", deadline=None, max_examples=50, derandomize=True)
+# How fast examples are drawn is the machine's business.
+settings.register_profile(
+    "here",
+    deadline=None,
+    max_examples=50,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("here")
 
 #: Memory maps of a process at which its programs are forgotten: Linux ends it at 65,530.

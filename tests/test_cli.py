@@ -1,20 +1,21 @@
 import importlib.util
+import resource
 import subprocess
 import sys
-import time
 
 import pytest
 
 from glasshelm import __version__
 from glasshelm.cli import COMMANDS, main
 
+#: A process that has not ended after so long hangs, on any machine [s].
+PATIENCE_S = 300.0
 HEAVY = ("jax", "numpy", "matplotlib", "equinox", "tyro", "pyproj", "scipy")
 
 
 def glasshelm(*args: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "glasshelm", *args], capture_output=True, text=True, timeout=120
-    )
+    command = [sys.executable, "-m", "glasshelm", *args]
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
 
 
 def test_help_names_every_command(capsys):
@@ -52,22 +53,23 @@ def test_help_imports_nothing_heavy():
         "import sys; from glasshelm.cli import main; main(['--help']); "
         f"print([m for m in {HEAVY!r} if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.stdout.splitlines()[-1] == "[]", done.stdout + done.stderr
 
 
 def test_help_starts_fast():
-    """Under 0.3 s, or under five bare starts of the interpreter on a busy machine."""
+    """It takes the processor less than 0.3 s, or on a slow one less than five bare starts."""
 
-    def best(*args: str) -> float:
-        times = []
-        for _ in range(3):
-            start = time.perf_counter()
-            subprocess.run([sys.executable, *args], capture_output=True, timeout=60, check=True)
-            times.append(time.perf_counter() - start)
-        return min(times)
+    def took_s(*args: str) -> float:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        command = [sys.executable, *args]
+        subprocess.run(command, capture_output=True, timeout=PATIENCE_S, check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
-    assert best("-m", "glasshelm", "--help") < max(0.3, 5 * best("-c", "pass"))
+    bare = min(took_s("-c", "pass") for _ in range(3))
+    assert min(took_s("-m", "glasshelm", "--help") for _ in range(3)) < max(0.3, 5 * bare)
 
 
 @pytest.mark.parametrize(
@@ -84,7 +86,7 @@ def test_bad_input_is_one_clear_line(args, tmp_path):
         [sys.executable, "-m", "glasshelm", *args],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE_S,
         cwd=tmp_path,
     )
     assert done.returncode == 2
@@ -104,8 +106,12 @@ def test_bad_input_is_one_clear_line(args, tmp_path):
         (("explain", "empty.jsonl"), "empty.jsonl: no frame in it"),
         (
             ("run", "imazu:1", "--pilot", "straight", "--steps", "1", "--out", "nan.json/x"),
-            "nan.json/x: cannot write the log (nan.json is a file)",
+            "nan.json/x: cannot write the log (its folder is a file)",
         ),
+        (("bridge", "imazu:1", "--log", "nan.json"), "nan.json: logs cannot be written there"),
+        (("bridge", "imazu:1", "--log", "nan.json/x"), "written there (Not a directory)"),
+        (("bridge", "tcp://localhost:1", "--signalk-token", "x"), "is for signalk://HOST"),
+        (("explain", "empty.jsonl", "--ship", "paper"), "leave out pilot, ship, own"),
     ],
 )
 def test_mistakes_are_told_by_their_cause(args, line, tmp_path, monkeypatch, capsys):
@@ -128,4 +134,4 @@ def test_a_reader_who_goes_away_is_no_traceback():
     process.stdout.close()
     assert process.stderr is not None
     assert process.stderr.read() == ""
-    assert process.wait(timeout=60) == 141
+    assert process.wait(timeout=PATIENCE_S) == 141

@@ -258,10 +258,15 @@ def test_interrupted_run_keeps_its_frames(tmp_path):
         env={**os.environ, "JAX_PLATFORMS": "cpu", "PYTHONPATH": str(tmp_path)},
     )
     signal.signal(signal.SIGINT, before)
-    while not (out.exists() and out.stat().st_size > 10_000) and run.poll() is None:
-        time.sleep(0.05)
-    run.send_signal(signal.SIGINT)
-    _, errors = run.communicate(timeout=60)
+    try:
+        until = time.monotonic() + 300
+        while not (out.exists() and out.stat().st_size > 10_000) and run.poll() is None:
+            assert time.monotonic() < until, "she does not sail"
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        _, errors = run.communicate(timeout=300)
+    finally:
+        run.kill()  # not a voyage without end beside the other tests
     assert run.returncode == 130
     count = len(list(logbook.read(out)))
     assert count > 5

@@ -1,6 +1,7 @@
 """Live sessions on a feed made by hand: own ship and one target, at the stream's own time."""
 
 import asyncio
+import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -14,7 +15,8 @@ from glasshelm.bridge.stage import Stage
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Counts, Feed, Report
+from glasshelm.feeds.source import signalk_server
+from glasshelm.feeds.types import Counts, Feed, Refusal, Report
 from glasshelm.feeds.write_back import WriteBack
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.voyage import LOST_SHOWN_S
@@ -169,6 +171,78 @@ def test_only_what_is_of_now_is_written_back(live, tmp_path):
     conductor._write_back(None)
     conductor.close()
     assert writer.asked == [1, None, 1, None, None]
+
+
+def test_own_ship_s_own_position_is_what_makes_it_live(live, tmp_path):
+    """Her receiver fails; the others go on, and she is dead-reckoned."""
+    session, at = live
+    writer = Writer()
+    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    stage = Stage(session, Limits())
+    assert session.own_s is None
+    at(0.0)
+    at(30.0, own=False)
+    stage.forward()
+    conductor._write_back(stage)
+    at(41.0, own=False)
+    stage.forward()
+    conductor._write_back(stage)
+    conductor.close()
+    said = json.loads(stage.session_now(True, 1.0))
+    assert (said["heard_s"], said["own_s"]) == (0.0, 41.0)
+    assert "own ship's position is 41 s old: dead-reckoned since" in said["notes"]
+    assert writer.asked == [1, None]
+
+
+def test_a_feed_that_ended_stays_in_the_notes(live):
+    session, _ = live
+
+    async def taken():
+        raise InputError("port 10110: cannot listen: address already in use")
+        yield
+
+    session._feed.reports = taken
+    with pytest.raises(InputError):
+        asyncio.run(session.listen())
+    for _ in range(2):
+        session.forward()
+        assert session.card.notes[0] == "port 10110: cannot listen: address already in use"
+
+
+def test_what_was_of_no_use_is_told_in_one_sentence(live):
+    session, at = live
+    counts = session._feed.counts
+    counts.heard, counts.refused[Refusal.CHECKSUM] = 12, 12
+    session.forward()
+    told = "heard 12 sentences: 0 used, 12 with a wrong checksum"
+    assert session.card.notes == ("no position heard yet", told)
+    counts.heard, counts.understood, counts.refused[Refusal.CHECKSUM] = 12, 9, 0
+    counts.refused[Refusal.UNUSED] = 3
+    at(0.0)
+    assert not any(note.startswith("heard") for note in session.card.notes), "a sound feed"
+    session._picture.take(report("230000002", -7200.0, 0.0, TARGET_M_S))
+    assert session.counted == {
+        "sentences": {"heard": 12, "used": 9, "refused": {Refusal.UNUSED: 3}},
+        "reports": {"heard": 3, "used": 2, "refused": {Refusal.LATE: 1}},
+    }
+
+
+def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tmp_path):
+    session, at = live
+    writer = WriteBack(signalk_server("signalk://127.0.0.1:9", "secret"))
+    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    stage = Stage(session, Limits())
+    at(0.0)
+
+    def notes():
+        return json.loads(conductor._session_now(stage))["notes"]
+
+    before = notes()
+    writer.trouble = f"{writer.title}: refused with HTTP status 401"
+    assert notes() == [writer.trouble, *before]
+    writer.trouble = None
+    assert notes() == before
+    conductor.close()
 
 
 def test_another_pilot_beside_and_what_cannot_be_done(live):

@@ -51,7 +51,7 @@ def test_only_the_newest_state_is_sent(kind):
 
 def test_nothing_grows_without_end():
     outbox = Outbox()
-    for k in range(10_000):
+    for k in range(1000):
         for kind in ("hello", "session", "history", "frame", "alarms", "failure", "notice", "pong"):
             outbox.put(kind, b"%d" % k)
     assert len(outbox) <= MOST_FRAMES + MOST_OTHERS + 4
@@ -61,6 +61,6 @@ def test_next_waits_for_a_message():
     async def wait() -> bytes:
         outbox = Outbox()
         asyncio.get_running_loop().call_later(0.01, outbox.put, "frame", b"late")
-        return await asyncio.wait_for(outbox.next(), 5)
+        return await asyncio.wait_for(outbox.next(), 60)
 
     assert asyncio.run(wait()) == b"late"

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import socket
 
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
@@ -14,6 +15,9 @@ from glasshelm.bridge.guard import Guard
 from glasshelm.bridge.logs import Shelf
 from glasshelm.bridge.messages import LARGEST
 from glasshelm.bridge.opening import prepared
+from glasshelm.bridge.record import Record
+from glasshelm.bridge.serve import bind, serve
+from glasshelm.errors import InputError
 
 URL = "ws://127.0.0.1/ws"
 
@@ -219,6 +223,42 @@ def test_no_path_of_the_disk_is_reached_and_the_session_goes_on(tmp_path, monkey
         assert viewer.session["source"] == "random:1"
 
 
+def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path):
+    """Of a bundled recording, and of the file of the command line, gone since it was read."""
+    file = tmp_path / "private" / "traffic.csv"
+    file.parent.mkdir()
+    file.write_text("MMSI\n1\n")
+    catalogue = Catalogue(Shelf(tmp_path), f"{file.parent}/./{file.name}")
+    for source, own, line in (
+        ("gulf-of-finland", "1", "gulf-of-finland: no usable report of MMSI 1"),
+        ("traffic.csv", None, "traffic.csv: "),
+    ):
+        with pytest.raises(InputError) as told:
+            prepared(catalogue, tmp_path, source, "straight", None, own, None)
+        assert str(told.value).startswith(line)
+        assert "/" not in str(told.value)
+    gone = Catalogue(Shelf(tmp_path), f"live:{file}")
+    file.unlink()
+    with pytest.raises(InputError, match=r"no feed 'traffic.csv' \(nor such a file\)"):
+        gone.live(None)
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"^log.jsonl: cannot write the log \(its folder"):
+        Record(tmp_path / "file" / "log.jsonl", fresh=True)
+
+
+def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
+    catalogue = Catalogue(Shelf(tmp_path))
+    for source, pilot, ship, sailed in (
+        ("imazu:1", "large-ship-cpa", None, "large_ship"),
+        ("imazu:1", "large-ship-cpa", "paper", "paper"),
+        ("imazu:1", "straight", None, "paper"),
+        ("gulf-of-finland", "straight", None, "paper"),
+    ):
+        session = prepared(catalogue, tmp_path, source, pilot, ship, None, None)()
+        assert session.card.ship == sailed
+        session.close()
+
+
 def test_mangled_messages_are_answered_counted_and_survived(tmp_path):
     mangled = ["", "{", "null", "[1]", '{"type":"fly"}', '{"type":"rate","rate":1e9}', "\x00"]
     with bridge(tmp_path) as client, page(client) as viewer:
@@ -235,6 +275,7 @@ def test_mangled_messages_are_answered_counted_and_survived(tmp_path):
         assert health["refused_messages"] == len(mangled) + 2
         assert health["failed_messages"] == 1
         assert health["messages"] == len(mangled) + 4
+        assert health["heard"] is None, "nothing is heard in simulated traffic"
         viewer.ask("ping").until("pong")
 
 
@@ -328,3 +369,38 @@ def test_a_replayed_log_is_asked_and_one_of_other_weights_is_refused(tmp_path):
         viewer.ask("replay", log="forged.jsonl").until("history", "frame", "alarms")
         viewer.ask("whatif", change="rudder", degrees=-5).until("failure")
         assert "other weights (SHA-256 0123abcd" in viewer.failures[-1]
+
+
+def test_a_token_is_read_with_at_the_command_line_s_server_alone(tmp_path):
+    given = Catalogue(Shelf(tmp_path), "signalk://127.0.0.1:9", token="secret")
+    assert given.live(None)._server._token == "secret"
+    with pytest.raises(InputError, match="choose one of the catalogue"):
+        prepared(given, tmp_path, "signalk://127.0.0.1:10", "straight", None, None, None)
+
+
+def test_a_first_session_that_cannot_begin_ends_the_server(tmp_path):
+    def first():
+        raise InputError("log: cannot write the log (No space left on device)")
+
+    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
+    app = application(conductor, Guard("127.0.0.1", None), first)
+    with pytest.raises(InputError, match="No space left"):
+        serve(app, bind("127.0.0.1", 0), "", browse=False, ready=lambda: None)
+
+
+def test_a_feed_that_cannot_listen_is_told_to_who_comes_later_and_on_the_console(tmp_path, caplog):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        source = f"udp://127.0.0.1:{taken.getsockname()[1]}"
+        catalogue = Catalogue(Shelf(tmp_path), source)
+        first = prepared(catalogue, tmp_path, source, "straight", None, None, None)
+        conductor = Conductor(catalogue, tmp_path)
+        app = application(conductor, Guard("127.0.0.1", None), first)
+        with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:
+            while "in use" not in str(viewer.session.get("notes")):
+                viewer.hear()
+            with page(client) as later:
+                later.until("session")
+                assert "cannot listen: address already in use" in later.session["notes"][0]
+            assert client.get("/api/health").json()["heard"]["sentences"]["heard"] == 0
+    assert [r.message for r in caplog.records if "cannot listen" in r.message]

@@ -10,8 +10,8 @@ from glasshelm.ships import SHIPS
 SHIP = SHIPS["paper"]
 
 
-async def until(done, within_s=30.0):
-    """Wait for something to become true."""
+async def until(done, within_s=300.0):
+    """Wait for something to become true; it takes as long as the machine is busy."""
     end = time.monotonic() + within_s
     while not done():
         assert time.monotonic() < end, "it did not happen"

@@ -218,8 +218,9 @@ def test_an_empty_line_is_nothing():
 
 
 def test_a_live_stream_without_times_is_dated_by_arrival():
+    before = datetime.now(UTC)
     (report,), _ = read(*ais(POSITION, None), live=True)
-    assert abs((datetime.now(UTC) - report.time).total_seconds()) < 10
+    assert before <= report.time <= datetime.now(UTC)
 
 
 def test_what_has_no_time_in_a_tagged_stream_has_that_of_the_stream():
@@ -239,5 +240,5 @@ def test_rmc_is_the_clock_of_a_file_without_tag_blocks():
 def test_counts_in_words():
     _, counts = read(*ais(POSITION), b"hello", b"hello")
     assert counts.sentence() == (
-        "3 heard, 1 understood; 2 not of the form of a sentence or message"
+        "heard 3 sentences: 1 used, 2 not of the form of a sentence or message"
     )

@@ -165,3 +165,30 @@ def test_a_scenario_can_be_sailed_with_advice():
     assert len(frames) == 4
     assert frames[-1].own.north_m == pytest.approx(75, rel=1e-3)
     assert frames[-1].targets[0].age_s == pytest.approx(15)
+
+
+def test_a_course_that_nothing_tells_is_no_direction():
+    """She is shown where she is; it is not made up that she goes north at 5 m/s."""
+    silent = {"course_rad": None, "heading_rad": None}
+    picture = taken(own(), ship(1, 0, 2000.0, speed_m_s=5.0, **silent))
+    first, later = (targets(picture, seconds)["1"] for seconds in (0, 20))
+    assert first[:2] == later[:2]
+    assert first[3] == 0.0
+    picture.take(ship(1, 20, 1900.0, speed_m_s=5.0, **silent))
+    _, _, course, speed, _ = targets(picture, 20)["1"]
+    assert (abs(course), speed) == (pytest.approx(math.pi, abs=1e-3), 5.0)
+
+
+def test_senders_of_distress_are_named_so():
+    numbers = {
+        "970012345": "SART 970012345",
+        "972012345": "MOB 972012345",
+        "974012345": "EPIRB 974012345",
+        "230012345": "MMSI 230012345",
+        "urn:x": "urn:x",
+    }
+    picture = taken(own(), *(ship(n, north_m=500.0 * (k + 1)) for k, n in enumerate(numbers)))
+    scenario = picture.scenario(at(0), SHIP)
+    assert {t.id: t.name for t in scenario.targets if t.id} == numbers
+    picture.take(Report(id="970012345", time=at(1), name="RAFT"))
+    assert "RAFT" in [t.name for t in picture.scenario(at(1), SHIP).targets]

@@ -182,3 +182,14 @@ def test_a_waypoint_that_is_reached_or_given_up_is_no_aim_any_more():
         picture.take(own(seconds, north_m=5.0 * seconds))
         _, bearing = shown(picture, seconds)
     assert bearing == pytest.approx(0.0, abs=1.0)
+
+
+def test_own_ship_s_heading_is_not_made_up_while_she_makes_way():
+    silent = {"course_rad": None, "speed_m_s": 4.0}
+    picture = taken(own(0, **silent))
+    assert picture.scenario(at(0), SHIP) is None
+    assert picture.state(at(0)) == "own ship's course is not known yet"
+    picture.take(own(10, 40.0, **silent))
+    assert picture.scenario(at(10), SHIP) is not None
+    moored = taken(own(0, course_rad=None, speed_m_s=0.0)).scenario(at(0), SHIP)
+    assert "own ship's heading is not known: she is shown heading north" in moored.notes

@@ -8,8 +8,7 @@ import signal
 import time
 
 import pytest
-import websockets.sync.client as ws
-from tests.bridge.process import free_port, start
+from tests.bridge.process import PATIENCE_S, start, viewing
 from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import SHIP, pictured, running, shown, until
 from tests.feeds.signalk_server import SignalKServer, why_not
@@ -69,7 +68,7 @@ def test_what_is_written_is_read_back_and_withdrawn(server):
         return (found or {}).get("value")
 
     async def read_until(wanted, path, number="self"):
-        end = time.monotonic() + 20
+        end = time.monotonic() + PATIENCE_S
         while not wanted(value := await read(path, number)):
             assert time.monotonic() < end, f"{path} is {value}"
             await asyncio.sleep(0.1)
@@ -103,14 +102,14 @@ def test_what_is_written_is_read_back_and_withdrawn(server):
 def test_a_bridge_that_follows_it_writes_back_what_it_shows(server, tmp_path):
     """The command itself: traffic in, frames shown, and what they say read back over REST."""
     asked = ("--write-back", "--signalk-token", server.token(), "--pilot", "paper-waypoint")
-    process, url = start(server.address, *asked, "--log", str(tmp_path), "--port", str(free_port()))
+    process, url = start(server.address, *asked, "--log", str(tmp_path))
     frames, alarms = [], []
     try:
-        with ws.connect(url, max_size=None) as viewer:
+        with viewing(url) as viewer:
             viewer.send(json.dumps({"type": "limits", "dcpa_m": 50_000, "tcpa_s": 3600}))
 
             def read_until(wanted, path, number="self"):
-                end = time.monotonic() + 120
+                end = time.monotonic() + PATIENCE_S
                 while time.monotonic() < end:
                     with contextlib.suppress(TimeoutError):
                         while message := json.loads(viewer.recv(timeout=0.2)):
@@ -144,13 +143,13 @@ def test_a_bridge_that_follows_it_writes_back_what_it_shows(server, tmp_path):
             viewer.send(json.dumps({"type": "acknowledge", "id": alarm["id"]}))
             read_until(lambda v: v["method"] == ["visual"], notice)
             process.send_signal(signal.SIGINT)
-            assert process.wait(timeout=30) in (0, 130)
+            assert process.wait(timeout=PATIENCE_S) in (0, 130)
         assert server.vessel("steering.rudderAngleTarget")["value"] is None
         assert server.vessel("navigation.closestApproach", hers)["value"] is None
         assert server.vessel(notice)["value"]["state"] == "normal"
     finally:
         process.kill()
-        process.wait(timeout=30)
+        process.wait(timeout=PATIENCE_S)
 
 
 def test_a_wrong_token_is_refused_in_one_line(server):

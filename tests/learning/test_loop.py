@@ -88,12 +88,15 @@ def test_killed_and_resumed_is_bit_identical(whole, tmp_path):
     command += ["--out", str(tmp_path), "--snapshot-s", "0", "--no-tensorboard"]
     cache = {"JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir)}
     process = subprocess.Popen(command, env=os.environ | cache, stdout=subprocess.DEVNULL)
-    deadline = time.monotonic() + 240
-    while not (tmp_path / STATE).exists() and time.monotonic() < deadline:
-        assert process.poll() is None
-        time.sleep(0.05)
-    process.kill()
-    process.wait()
+    deadline = time.monotonic() + 600
+    try:
+        while not (tmp_path / STATE).exists():
+            assert process.poll() is None
+            assert time.monotonic() < deadline, "it does not learn"
+            time.sleep(0.01)
+    finally:
+        process.kill()
+        process.wait()
     assert not (tmp_path / FINAL).exists()
     assert train(preset_named(name), tmp_path, QUIET, True, Interrupting())
     assert_same_training(reference, tmp_path)

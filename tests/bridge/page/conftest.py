@@ -1,6 +1,7 @@
 """A real server, a real browser: the page as a viewer has it."""
 
 import dataclasses
+import hashlib
 import json
 import os
 import re
@@ -11,20 +12,19 @@ import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
-from tests.bridge.process import free_port
+from tests.bridge.process import PATIENCE_S, free_port, viewing
 
 import glasshelm
 
 BUILT = Path(glasshelm.__file__).parent / "bridge" / "static" / "index.html"
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-#: Compiling a pilot's program for the first time takes so long on a crowded machine [s].
-PATIENCE_S = 120.0
 #: What the page does, or the server without compiling anything, takes so long there [s].
 PAGE_S = 60.0
+T = TypeVar("T")
 #: No such pilot: a viewer's requests are done in turn, so what was asked before it has been done.
 _LAST = {"type": "pilot", "name": "nobody, after all that was asked"}
 
@@ -80,13 +80,11 @@ class Server:
         """As a power cut would."""
         if self.process is not None:
             self.process.kill()
-            self.process.wait(10)
+            self.process.wait(PAGE_S)
 
     def ask(self, *messages: dict[str, Any]) -> None:
         """Say this to the server as another viewer, and wait until it has been done."""
-        from websockets.sync.client import connect
-
-        with connect(self.line, max_size=None, ping_interval=None) as line:
+        with viewing(self.line) as line:
             for message in messages:
                 line.send(json.dumps(message))
             line.send(json.dumps(_LAST))
@@ -101,10 +99,8 @@ class Server:
 
     def shown(self) -> dict[str, Any]:
         """The messages that a viewer gets who comes now, by their type."""
-        from websockets.sync.client import connect
-
         got: dict[str, Any] = {}
-        with connect(self.line, max_size=None, ping_interval=None) as line:
+        with viewing(self.line) as line:
             while not {"session", "frame", "alarms"} <= set(got):
                 message = json.loads(line.recv(timeout=PATIENCE_S))
                 got[message["type"]] = message
@@ -120,21 +116,68 @@ _WORDS = """
 
 
 def words(page: Any, part: str) -> str:
-    """What a viewer reads in a part of the page, in one line."""
-    return " ".join(page.locator(part).first.evaluate(_WORDS).split())
+    """What a viewer reads in a part of the page, in one line; nothing where it is not there."""
+    found = page.locator(part).evaluate_all(f"all => all.slice(0, 1).map({_WORDS})")
+    return " ".join(" ".join(found).split())
+
+
+def wait_for(
+    get: Callable[[], T], good: Callable[[T], object], wanted: str, seconds: float = PAGE_S
+) -> T:
+    """What this gives, once that is good; fails with what it gives instead of what is wanted.
+
+    For all that the page shows: it follows what is done to it, and to the server, in its own time.
+    """
+    until = time.monotonic() + seconds
+    while not good(got := get()):
+        if time.monotonic() > until:
+            raise AssertionError(f"waited for {wanted}, it is {got!r}")
+        time.sleep(0.1)
+    return got
+
+
+def becomes(get: Callable[[], T], wanted: T, seconds: float = PAGE_S) -> None:
+    """Until this gives what is wanted; fails with what it gives instead."""
+    wait_for(get, lambda got: got == wanted, repr(wanted), seconds)
+
+
+def until(done: Callable[[], bool], seconds: float = PAGE_S) -> None:
+    """Until this is so."""
+    becomes(done, True, seconds)
 
 
 def wait_for_words(page: Any, part: str, pattern: str, seconds: float = PAGE_S) -> None:
     """Until the words of a part hold the pattern; fails with what they are instead."""
-    until = time.monotonic() + seconds
-    said = ""
-    while time.monotonic() < until:
-        if page.locator(part).count():
-            said = words(page, part)
-            if re.search(pattern, said):
-                return
-        page.wait_for_timeout(100)
-    raise AssertionError(f"{part}: waited for {pattern!r}, it says {said!r}")
+    wait_for(
+        lambda: words(page, part),
+        lambda said: re.search(pattern, said),
+        f"{pattern!r} in {part}",
+        seconds,
+    )
+
+
+def wait_for_pressed(page: Any, part: str, name: str) -> None:
+    """Until a button is the one pressed of its group."""
+    button = page.locator(part).get_by_role("button", name=name, exact=True, pressed=True)
+    button.wait_for()
+
+
+def canvas(page: Any) -> str:
+    """The picture of the plan, as a number that equal pictures have in common."""
+    return hashlib.sha256(page.locator("gh-plan canvas").screenshot()).hexdigest()
+
+
+def other_canvas(page: Any, before: str) -> str:
+    """The picture of the plan, once it is another than before."""
+    return wait_for(lambda: canvas(page), lambda now: now != before, "another picture")
+
+
+def settled(page: Any) -> Any:
+    """The page, once it shows a frame, in its own letters, and nothing is being prepared."""
+    page.wait_for_selector("gh-plan canvas[aria-label*='range']", timeout=1000 * PATIENCE_S)
+    page.wait_for_selector("gh-top-bar .preparing", state="detached", timeout=1000 * PATIENCE_S)
+    page.evaluate("document.fonts.ready.then(() => null)")
+    return page
 
 
 def chromium_found() -> str | None:
@@ -157,7 +200,7 @@ def chromium() -> Iterator[Any]:
     if not BUILT.is_file():
         pytest.skip("the page is not built: make page")
     with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=found, args=FLAGS)
+        browser = started.chromium.launch(executable_path=found, args=FLAGS, timeout=1000 * PAGE_S)
         yield browser
         browser.close()
 
@@ -180,7 +223,7 @@ def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Se
 
 @pytest.fixture
 def look(chromium: Any) -> Iterator[Callable[..., Any]]:
-    """Open the page as a new viewer; any error in its console fails the test."""
+    """Open the page as a new viewer, settled; any error in its console fails the test."""
     contexts: list[Any] = []
     errors: list[str] = []
 
@@ -199,8 +242,7 @@ def look(chromium: Any) -> Iterator[Callable[..., Any]]:
                 f"localStorage.getItem('glasshelm') ?? localStorage.setItem('glasshelm', {kept})"
             )
         page.goto(server.url)
-        page.wait_for_selector("gh-plan canvas[aria-label*='range']")
-        return page
+        return settled(page)
 
     yield visit
     for context in contexts:

@@ -43,6 +43,7 @@ def test_axe_finds_no_serious_fault(server: Server, look: Visit, palette: str, l
     page = look(server, palette=palette, level=level)
     assert faults(page) == []
     page.keyboard.press("?")
+    page.get_by_role("dialog").wait_for()
     assert faults(page) == []
 
 

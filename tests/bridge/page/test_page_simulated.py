@@ -2,11 +2,22 @@
 
 import itertools
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
+from tests.bridge.page.conftest import (
+    PATIENCE_S,
+    Server,
+    becomes,
+    canvas,
+    other_canvas,
+    settled,
+    until,
+    wait_for_pressed,
+    wait_for_words,
+)
 
 Visit = Callable[..., Any]
 
@@ -39,50 +50,75 @@ def without_alarms(server: Server) -> None:
     server.ask({"type": "limits", "dcpa_m": 0.0, "tcpa_s": 0.0})
 
 
-def canvas(page: Any) -> bytes:
-    return page.locator("gh-plan canvas").screenshot()
+def is_(part: Any, kind: str) -> bool:
+    """Whether this part is lit, hovered, selected."""
+    return kind in (part.get_attribute("class") or "").split()
+
+
+def wait_for_alarm(page: Any) -> None:
+    """Until an alarm is told: it comes after its frame."""
+    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
 
 
 def test_page_shows_what_the_frame_says_in_mariners_units(server: Server, look: Visit) -> None:
     page, shown = look(server, level=3), server.shown()
     frame, own = shown["frame"]["frame"], shown["frame"]["frame"]["own"]
     order = math.degrees(frame["decision"]["rudder_rad"])
-    advice = words(page, "gh-advice")
-    assert f"{abs(order):.1f}°" in advice
-    assert ("Port" if order < 0 else "Starboard") in advice
-    assert f"{round(math.degrees(own['heading_rad'])) % 360:03d}°" in advice
-    assert f"{own['speed_m_s'] * 3600 / 1852:.1f} kn" in advice
-    sentence = words(page, "gh-sentence")
-    assert " ".join(shown["frame"]["sentence"]["what"].split()) in sentence
+
+    def says(part: str, *texts: str) -> None:
+        for text in texts:
+            wait_for_words(page, part, re.escape(text))
+
+    says(
+        "gh-advice",
+        f"{abs(order):.1f}°",
+        "Port" if order < 0 else "Starboard",
+        f"{round(math.degrees(own['heading_rad'])) % 360:03d}°",
+        f"{own['speed_m_s'] * 3600 / 1852:.1f} kn",
+    )
+    says("gh-sentence", " ".join(shown["frame"]["sentence"]["what"].split()))
     for target in frame["targets"]:
-        row = page.locator(f"gh-target-list tr[data-id='{target['id']}']").inner_text()
-        assert f"{target['dcpa_m'] / 1852:.2f}" in row
-        assert f"{target['range_m'] / 1852:.2f}" in row
         minutes, rest = divmod(round(target["tcpa_s"]), 60)
-        assert ("past" if target["tcpa_s"] <= 0 else f"{minutes:02d}:{rest:02d}") in row
-        assert f"{max(0.0, target['q_far'] - target['q']):.2f}" in row
+        says(
+            f"gh-target-list tr[data-id='{target['id']}']",
+            f"{target['dcpa_m'] / 1852:.2f}",
+            f"{target['range_m'] / 1852:.2f}",
+            "past" if target["tcpa_s"] <= 0 else f"{minutes:02d}:{rest:02d}",
+            f"{max(0.0, target['q_far'] - target['q']):.2f}",
+        )
     for alarm in shown["alarms"]["alarms"]:
-        assert f"{alarm['dcpa_m'] / 1852:.2f} NM" in words(page, "gh-alarm-strip")
-    assert "Advisory, not type-approved" in words(page, "gh-alarm-strip")
+        says("gh-alarm-strip", f"{alarm['dcpa_m'] / 1852:.2f} NM")
+    says("gh-alarm-strip", "Advisory, not type-approved")
 
 
 def test_four_ships_and_their_plots_fit_without_scrolling(server: Server, look: Visit) -> None:
     page = look(server, level=2)
-    assert page.locator("gh-target-list tbody tr").count() == 4
-    for part in ("gh-target-list .scroll", "aside"):
-        hidden = page.locator(part).evaluate("e => e.scrollHeight - e.clientHeight")
-        assert hidden <= 1, part
+    wait_for_alarm(page)
+    becomes(page.locator("gh-target-list tbody tr").count, 4)
+
+    def hidden() -> list[str]:
+        parts = ("gh-target-list .scroll", "aside")
+        more = "e => e.scrollHeight - e.clientHeight"
+        return [part for part in parts if page.locator(part).evaluate(more) > 1]
+
+    becomes(hidden, [])
     plots = page.locator("gh-why gh-plot")
-    assert all(plot.bounding_box()["height"] > 80 for plot in plots.all())
+    becomes(plots.count, 2)
+    until(lambda: all(plot.bounding_box()["height"] > 80 for plot in plots.all()))
 
 
-def test_list_has_the_largest_intention_first(server: Server, look: Visit) -> None:
-    page, targets = look(server), server.shown()["frame"]["frame"]["targets"]
-    sizes = {t["id"]: abs(t["intention"]) for t in targets}
+def test_list_has_alarms_first_then_the_largest_intention(server: Server, look: Visit) -> None:
+    page, shown = look(server), server.shown()
+    sizes = {t["id"]: abs(t["intention"]) for t in shown["frame"]["frame"]["targets"]}
+    alarms = sorted(shown["alarms"]["alarms"], key=lambda alarm: alarm["tcpa_s"])
     rows = page.locator("gh-target-list tbody tr")
+    becomes(rows.count, len(sizes))
+    wait_for_alarm(page)
+    page.locator("gh-target-list tr.unacknowledged").first.wait_for()
     order = [row.get_attribute("data-id") for row in rows.all()]
-    assert len(order) == len(sizes)
-    assert all(sizes[a] >= sizes[b] - 1e-4 for a, b in itertools.pairwise(order))
+    first, others = order[: len(alarms)], order[len(alarms) :]
+    assert first == [alarm["target"] for alarm in alarms]
+    assert all(sizes[a] >= sizes[b] - 1e-4 for a, b in itertools.pairwise(others))
 
 
 def test_ship_lights_up_everywhere(server: Server, look: Visit) -> None:
@@ -92,16 +128,17 @@ def test_ship_lights_up_everywhere(server: Server, look: Visit) -> None:
     mentioned = page.locator("gh-sentence .ship").first
     row = page.locator("gh-target-list tr", has_text=mentioned.inner_text())
     row.hover()
-    assert "hovered" in (row.get_attribute("class") or "")
-    assert "lit" in (mentioned.get_attribute("class") or "")
-    assert page.locator("gh-why li.lit").count() >= 1
-    assert canvas(page) != before
+    until(lambda: is_(row, "hovered"))
+    until(lambda: is_(mentioned, "lit"))
+    page.locator("gh-why li.lit").first.wait_for()
+    other_canvas(page, before)
     row.click()
     page.mouse.move(5, 5)
-    assert "selected" in (row.get_attribute("class") or "")
-    assert canvas(page) != before
+    until(lambda: is_(row, "selected") and not is_(row, "hovered"))
+    other_canvas(page, before)
     page.keyboard.press("Escape")
-    assert "selected" not in (row.get_attribute("class") or "")
+    until(lambda: not is_(row, "selected"))
+    becomes(lambda: canvas(page), before)
 
 
 def test_ships_are_where_range_and_bearing_say(server: Server, look: Visit) -> None:
@@ -117,14 +154,12 @@ def test_ships_are_where_range_and_bearing_say(server: Server, look: Visit) -> N
         x = box["x"] + box["width"] / 2 + reach * math.sin(target["bearing_rad"])
         y = box["y"] + box["height"] / 2 - reach * math.cos(target["bearing_rad"])
         page.mouse.move(x, y)
-        row = page.locator(f"gh-target-list tr[data-id='{target['id']}']")
-        page.wait_for_timeout(150)
-        assert "hovered" in (row.get_attribute("class") or ""), target["name"]
+        page.locator(f"gh-target-list tr.hovered[data-id='{target['id']}']").wait_for()
 
 
 def test_play_pause_seek_and_speed(server: Server, look: Visit) -> None:
     page = look(server)
-    assert "Paused" in words(page, "gh-top-bar")
+    wait_for_words(page, "gh-top-bar .state", "Paused")
     page.get_by_label("Speed").select_option("20")
     page.get_by_role("button", name="Play").click()
     wait_for_words(page, "gh-top-bar .state", "Playing ×20")
@@ -158,63 +193,60 @@ def test_plan_controls_change_the_picture_and_say_so(server: Server, look: Visit
     before = canvas(page)
     for press in ("H UP", "C UP", "N UP", "TM", "RM"):
         bar.get_by_role("button", name=press, exact=True).click()
-        pressed = bar.get_by_role("button", name=press, exact=True)
-        assert pressed.get_attribute("aria-pressed") == "true"
+        wait_for_pressed(page, "gh-plan-bar", press)
         if press in ("H UP", "TM"):
-            assert canvas(page) != before
-    assert canvas(page) == before
+            other_canvas(page, before)
+    becomes(lambda: canvas(page), before)
     bar.get_by_role("group", name="Vectors").get_by_role("button", name="R").click()
-    assert canvas(page) != before
+    other_canvas(page, before)
     bar.get_by_label("Vector time").select_option("20")
     bar.get_by_label("Trail time").select_option("0")
     bar.get_by_role("button", name="Larger range").click()
-    assert "12 NM" in words(page, "gh-plan-bar")
-    assert "rings 2 NM" in words(page, "gh-plan-bar")
-    assert "GND STAB" in words(page, "gh-plan-bar")
+    wait_for_words(page, "gh-plan-bar", " 12 NM rings 2 NM .* GND STAB")
     for _ in range(6):
         page.keyboard.press("+")
-    assert "0.75 NM" in words(page, "gh-plan-bar")
-    assert "rings 0.125 NM" in words(page, "gh-plan-bar")
-    assert bar.get_by_role("button", name="Smaller range").is_disabled()
+    wait_for_words(page, "gh-plan-bar", " 0.75 NM rings 0.125 NM")
+    until(bar.get_by_role("button", name="Smaller range").is_disabled)
 
 
 def test_keyboard_does_what_the_menu_says(server: Server, look: Visit) -> None:
     page = look(server)
-    top = page.locator("gh-top-bar")
     for key, name in (("3", "All"), ("2", "Why"), ("1", "Look")):
         page.keyboard.press(key)
-        assert top.get_by_role("button", name=name).get_attribute("aria-pressed") == "true"
+        wait_for_pressed(page, "gh-top-bar", name)
     for theme in ("dusk", "night", "day"):
         page.keyboard.press("p")
-        assert page.locator("html").get_attribute("data-obc-theme") == theme
+        page.locator(f"html[data-obc-theme='{theme}']").wait_for()
     page.keyboard.press("ArrowDown")
     first = page.locator("gh-target-list tbody tr").first
-    assert "selected" in (first.get_attribute("class") or "")
+    until(lambda: is_(first, "selected"))
     page.keyboard.press("?")
-    assert page.get_by_role("dialog").is_visible()
+    page.get_by_role("dialog").wait_for()
     page.keyboard.press("Escape")
-    assert not page.get_by_role("dialog").is_visible()
+    page.get_by_role("dialog").wait_for(state="hidden")
     for key, name in (("h", "H UP"), ("c", "C UP"), ("n", "N UP"), ("m", "TM"), ("m", "RM")):
         page.keyboard.press(key)
-        button = page.locator("gh-plan-bar").get_by_role("button", name=name, exact=True)
-        assert button.get_attribute("aria-pressed") == "true", key
+        wait_for_pressed(page, "gh-plan-bar", name)
 
 
 def test_detail_is_small_at_first_and_grows(server: Server, look: Visit) -> None:
     page = look(server)
-    assert page.locator("gh-why").count() == 0
+    plots = page.locator("gh-why gh-plot")
+    becomes(page.locator("gh-why").count, 0)
     page.keyboard.press("2")
-    assert page.locator("gh-why gh-plot").count() == 2
+    becomes(plots.count, 2)
     page.keyboard.press("3")
-    assert page.locator("gh-why gh-plot").count() == 6
+    becomes(plots.count, 6)
     page.reload()
-    page.wait_for_selector("gh-why gh-plot")
-    assert page.locator("gh-why gh-plot").count() == 6, "the choice is kept"
+    settled(page)
+    becomes(plots.count, 6)  # the choice is kept
 
 
 def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
     """The late viewer's plots reach from the start to now, and a click goes to that time."""
     page = look(server, level=2)
+    plot = page.locator("gh-why gh-plot").nth(1).locator(".u-over")
+    plot.wait_for()
     times = page.evaluate("""() => {
         const why = document.querySelector('gh-app').shadowRoot.querySelector('gh-why');
         return [...why.shadowRoot.querySelectorAll('gh-plot')][1].spec.data[0];
@@ -222,13 +254,9 @@ def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
     assert times[0] == 0
     assert times[-1] == pytest.approx(5.0)
     assert len(times) == 61
-    plot = page.locator("gh-why gh-plot").nth(1).locator(".u-over")
     box = plot.bounding_box()
     plot.click(position={"x": box["width"] * 0.4, "y": 20})
-    page.wait_for_function("""() => document.querySelector('gh-app').shadowRoot
-        .querySelector('gh-top-bar').shadowRoot.querySelector('.time').textContent.trim() < '04'
-    """)
-    assert 60 <= seconds(page) <= 180
+    until(lambda: 60 <= seconds(page) <= 180)
 
 
 def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) -> None:
@@ -236,23 +264,21 @@ def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) ->
     lit = page.locator("gh-target-list tr.hovered")
     legend = page.locator("gh-why article").first.locator("li[title]").first
     legend.hover()
-    assert lit.get_attribute("data-id") in {legend.get_attribute("title").removeprefix("ship ")}
+    ship = legend.get_attribute("title").removeprefix("ship ")
+    becomes(lambda: lit.get_attribute("data-id"), ship)
     page.mouse.move(5, 5)
-    assert lit.count() == 0
-    at = (
-        page.locator("gh-why gh-plot")
-        .nth(1)
-        .evaluate("""e => {
+    becomes(lit.count, 0)
+    plot = page.locator("gh-why gh-plot").nth(1)
+    plot.locator(".u-over").wait_for()
+    at = plot.evaluate("""e => {
         const u = e.plot, k = Math.round(u.data[0].length * 0.7);
         const ship = u.series.findIndex((_, j) => j > 1 && Math.abs(u.data[j][k]) > 0.3);
         const box = u.over.getBoundingClientRect();
         return [box.x + u.valToPos(u.data[0][k], "x"), box.y + u.valToPos(u.data[ship][k], "y")];
     }""")
-    )
     page.mouse.move(at[0] - 5, at[1])
     page.mouse.move(*at)
-    lit.wait_for()
-    assert lit.count() == 1
+    becomes(lit.count, 1)
 
 
 def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: Visit) -> None:
@@ -262,7 +288,7 @@ def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: 
     red = alarm.evaluate("e => getComputedStyle(e).backgroundColor")
     assert red == "rgb(214, 0, 28)"
     assert alarm.evaluate("e => getComputedStyle(e).animationName") == "flash"
-    assert page.locator("gh-target-list tr.unacknowledged").count() >= 1
+    page.locator("gh-target-list tr.unacknowledged").first.wait_for()
     open_before = page.locator("gh-alarm-strip li.unacknowledged").count()
     alarm.get_by_role("button", name="Acknowledge").click()
     for viewer in (page, other):
@@ -290,41 +316,45 @@ def test_the_sound_of_an_alarm_can_be_switched_off_and_ends_with_it(
     page.evaluate(count)
 
     def tones() -> int:
-        """Begun within a little more than the time from one beep to the next."""
-        page.evaluate("window.tones = 0")
-        page.wait_for_timeout(1700)
-        return page.evaluate("window.tones")
+        """Begun within a little more than the time from one beep to the next, by its own clock."""
+        return page.evaluate("""() => {
+            window.tones = 0;
+            return new Promise(done => setTimeout(() => done(window.tones), 1700));
+        }""")
 
-    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
+    wait_for_alarm(page)
     assert tones() == 0, "no browser lets a page sound that nobody has touched"
     page.keyboard.press("?")
-    assert tones() >= 2
+    until(lambda: tones() >= 2)
     sound = page.get_by_role("checkbox", name="Sound while an alarm")
     sound.uncheck()
     assert tones() == 0
     page.reload()
     page.evaluate(count)
-    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
+    wait_for_alarm(page)
     page.keyboard.press("?")
-    assert not sound.is_checked(), "the choice is kept"
+    becomes(sound.is_checked, False)  # the choice is kept
     sound.check()
-    assert tones() >= 2
+    until(lambda: tones() >= 2)
     page.get_by_role("button", name="Close").click()
-    while page.locator("gh-alarm-strip li.unacknowledged").count():
+    alarms = page.locator("gh-target-list tr.unacknowledged")
+    for left in reversed(range(alarms.count())):
         page.keyboard.press("a")
-        page.wait_for_timeout(200)
+        becomes(alarms.count, left)
+    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for(state="detached")
     assert tones() == 0
 
 
 def test_alarm_limits_are_set_in_miles_and_minutes(server: Server, look: Visit) -> None:
     page = look(server)
+    wait_for_alarm(page)
     page.keyboard.press("?")
     page.locator("#dcpa").fill("0.05")
     page.locator("#tcpa").fill("1")
     page.locator("#set-limits").click()
     page.get_by_role("button", name="Close").click()
     wait_for_words(page, "gh-alarm-strip", r"No CPA alarm \(limits 0.05 NM, 1 min\)")
-    assert server.shown()["alarms"]["alarms"] == []
+    becomes(lambda: server.shown()["alarms"]["alarms"], [])
 
 
 def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
@@ -333,15 +363,14 @@ def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
     page.locator("#compare").select_option("straight")
     page.get_by_role("button", name="Close").click()
     wait_for_words(page, "gh-comparison", "straight", PATIENCE_S)
-    rows = page.locator("gh-comparison tbody tr")
-    assert rows.count() == 2
-    assert "paper-attention" in rows.first.inner_text()
+    becomes(page.locator("gh-comparison tbody tr").count, 2)
+    wait_for_words(page, "gh-comparison tbody tr", "paper-attention")
     page.keyboard.press("?")
     page.locator("#compare").select_option("")
     page.locator("#pilot").select_option("straight")
     page.get_by_role("button", name="Close").click()
     wait_for_words(page, "gh-top-bar", "pilot straight", PATIENCE_S)
-    assert page.locator("gh-comparison table").count() == 0
+    becomes(page.locator("gh-comparison table").count, 0)
     wait_for_words(page, "gh-advice", "Midships")
     page.keyboard.press("2")
     wait_for_words(page, "gh-why", "no critic")
@@ -355,13 +384,14 @@ def test_menu_opens_encounters_and_replays_logs(server: Server, look: Visit) -> 
     wait_for_words(page, "gh-top-bar", "Imazu case 5", PATIENCE_S)
     assert server.shown()["session"]["source"] == "imazu:5"
     page.reload()
-    page.wait_for_selector("gh-plan canvas[aria-label*='range']")
+    settled(page)
     page.keyboard.press("?")
     log = page.locator("#log option", has_text="random-35-paper-attention").first
     page.locator("#log").select_option(log.get_attribute("value"))
     page.locator("#replay").click()
-    wait_for_words(page, "gh-top-bar", "Replay")
+    wait_for_words(page, "gh-top-bar", "Replay", PATIENCE_S)
     wait_for_words(page, "gh-advice", "recorded decision")
+    server.ask({"type": "pause"})
     page.get_by_label("Time", exact=True).last.fill("100")
     wait_for_words(page, "gh-top-bar .time", "01:40")
 
@@ -371,6 +401,6 @@ def test_unknown_encounter_gives_one_plain_line(server: Server, look: Visit) -> 
     page.keyboard.press("?")
     page.locator("#source").fill("/etc/passwd")
     page.locator("#open").click()
-    wait_for_words(page, "gh-notices .failure", "no source")
-    assert "Random encounter 35" in words(page, "gh-top-bar")
-    page.locator("gh-notices").get_by_role("button", name="Close").first.click()
+    failure = page.locator("gh-notices .failure", has_text="no source")
+    failure.get_by_role("button", name="Close").click()  # else it goes by itself, after a while
+    wait_for_words(page, "gh-top-bar", "Random encounter 35")

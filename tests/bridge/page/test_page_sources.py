@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, becomes, wait_for_words
 from tests.bridge.page.test_page_stale import Receiver
 from tests.bridge.process import free_port
 
@@ -64,13 +64,13 @@ def test_a_file_of_nmea_as_if_it_were_now_and_as_a_recording(
 ) -> None:
     page = look(serve(f"live:{recording}", "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar .state", "^Live$")
-    assert words(page, "gh-top-bar .time").startswith("22:1"), "the time of the recording"
+    wait_for_words(page, "gh-top-bar .time", "^22:1")  # the time of the recording
     page.locator("gh-target-list tr[data-id='230000102']").wait_for()
-    assert page.get_by_role("button", name="Play").count() == 0
+    becomes(page.get_by_role("button", name="Play").count, 0)
     page = look(serve(str(recording), "--own", "230000001", "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar", "Recorded")
     page.locator("gh-target-list tr[data-id='230000102']").wait_for()
-    assert page.get_by_role("button", name="Pause").count() == 1
+    becomes(page.get_by_role("button", name="Pause").count, 1)
 
 
 def test_a_traffic_situation_of_dnv(
@@ -89,6 +89,6 @@ def test_a_traffic_situation_of_dnv(
     }
     path.write_text(json.dumps(situation))
     page = look(serve(str(path), "--pilot", "straight"))
-    assert "Simulated" in words(page, "gh-top-bar")
+    wait_for_words(page, "gh-top-bar", "Simulated")
     wait_for_words(page, "gh-target-list", "SEVEN")
     assert str(tmp_path) not in page.content(), "the page never learns where the file lies"

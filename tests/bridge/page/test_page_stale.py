@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pyais.encode import encode_dict
-from tests.bridge.page.conftest import Server, wait_for_words, words
+from tests.bridge.page.conftest import PATIENCE_S, Server, becomes, until, wait_for_words
 from tests.bridge.process import free_port
 
 Visit = Callable[..., Any]
@@ -19,18 +19,29 @@ def test_page_says_so_when_the_server_dies_and_comes_back_by_itself(
     server = serve("imazu:5")
     page = look(server)
     wait_for_words(page, "gh-top-bar", "Playing")
-    assert page.locator("gh-plan .stale-word").count() == 0
+    becomes(page.locator("gh-plan .stale-word").count, 0)
+    server.ask({"type": "limits", "dcpa_m": 18520.0, "tcpa_s": 3600.0})
+    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
     server.kill()
     wait_for_words(page, "gh-top-bar", r"No connection for \d+ s")
     wait_for_words(page, "gh-plan", "NOT LIVE")
-    assert "stale" in (page.locator("gh-plan canvas").get_attribute("class") or "")
+    page.locator("gh-plan canvas.stale").wait_for()
     crossed = page.locator("gh-advice .angle")
-    assert "line-through" in crossed.evaluate("e => getComputedStyle(e).textDecoration")
+    until(lambda: "line-through" in crossed.evaluate("e => getComputedStyle(e).textDecoration"))
     page.keyboard.press(" ")
     wait_for_words(page, "gh-notices", "no connection")
+    page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
+    page.evaluate("""() => {
+        const begin = OscillatorNode.prototype.start;
+        OscillatorNode.prototype.start = function (...at) {
+            window.sounded = true;
+            return begin.apply(this, at);
+        };
+    }""")
+    page.wait_for_function("window.sounded")  # nobody has acknowledged it
     server.start()
-    wait_for_words(page, "gh-top-bar", "Playing")
-    assert page.locator("gh-plan .stale-word").count() == 0
+    wait_for_words(page, "gh-top-bar", "Playing", PATIENCE_S)
+    becomes(page.locator("gh-plan .stale-word").count, 0)
     wait_for_words(page, "gh-top-bar", "Imazu case 5")
 
 
@@ -87,14 +98,16 @@ def test_live_traffic_is_live_only_while_it_is_heard(
     try:
         page = look(serve(f"tcp://127.0.0.1:{receiver.port}"))
         wait_for_words(page, "gh-top-bar .state", "^Live$")
-        assert "advises only" in words(page, "gh-advice")
-        assert page.get_by_role("button", name="Play").count() == 0
+        wait_for_words(page, "gh-advice", "advises only")
+        becomes(page.get_by_role("button", name="Play").count, 0)
         wait_for_words(page, "gh-target-list tr[data-id='230000102'] .age", r"^\d s$")
+        wait_for_words(page, "gh-alarm-strip", "No CPA alarm")
         receiver.unplug()
         wait_for_words(page, "gh-top-bar .state", "not connected|Nothing heard")
+        wait_for_words(page, "gh-alarm-strip", "CPA not watched: no picture of now")
         wait_for_words(page, "gh-plan", "NOT LIVE")
         receiver.plug()
-        wait_for_words(page, "gh-top-bar .state", "^Live$")
-        assert page.locator("gh-plan .stale-word").count() == 0
+        wait_for_words(page, "gh-top-bar .state", "^Live$", PATIENCE_S)
+        becomes(page.locator("gh-plan .stale-word").count, 0)
     finally:
         receiver.unplug()
