@@ -1,5 +1,21 @@
 """The one exception for what a user gave us and cannot be used."""
 
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
 
 class InputError(ValueError):
     """Bad input. The message is one line: what is wrong, where, and what would be right."""
+
+
+@contextlib.contextmanager
+def told_as(name: str, *paths: str | Path) -> Iterator[None]:
+    """What is wrong within is told of ``name``: who asked by that name is told no folder."""
+    try:
+        yield
+    except InputError as error:
+        text = str(error)
+        for path in sorted({str(path) for path in paths}, key=len, reverse=True):
+            text = text.replace(path, name)
+        raise type(error)(text) from None

@@ -36,9 +36,7 @@ class Logbook:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = open(self.path, "w+b" if fresh else "a+b")  # noqa: SIM115
         except FileExistsError:
-            raise InputError(
-                f"{path}: cannot write the log ({self.path.parent} is a file)"
-            ) from None
+            raise InputError(f"{path}: cannot write the log (its folder is a file)") from None
         except OSError as error:
             raise InputError(f"{path}: cannot write the log ({error.strerror})") from None
         self._cut_torn_line()

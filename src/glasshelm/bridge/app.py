@@ -37,17 +37,19 @@ def application(
 ) -> Starlette:
     """The application around a conductor, whose clock runs as long as it does.
 
-    ``first`` opens the session that is shown at the beginning.
+    ``first`` opens the session that is shown at the beginning; ``state.opening`` is the task
+    that does, and tells whether it failed.
     """
 
     @contextlib.asynccontextmanager
-    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
         tasks = [
             asyncio.create_task(conductor.keep_time()),
             asyncio.create_task(conductor.bands.run()),
         ]
         if first is not None:
-            tasks.append(asyncio.create_task(conductor.show(first)))
+            app.state.opening = asyncio.create_task(conductor.show(first))
+            tasks.append(app.state.opening)
         if conductor.writer is not None:
             tasks.append(asyncio.create_task(conductor.writer.run()))
         try:
@@ -83,6 +85,7 @@ def application(
                 "refused_messages": conductor.refused,
                 "failed_messages": conductor.failed,
                 "dropped_frames": dropped,
+                "heard": conductor.counted,
             }
         )
 

@@ -15,8 +15,10 @@ from glasshelm.encounters.imazu import imazu_cases
 from glasshelm.encounters.random import FAMILIES
 from glasshelm.encounters.source import BUNDLED, generated, scenario_from
 from glasshelm.encounters.types import Scenario
-from glasshelm.errors import InputError
+from glasshelm.errors import InputError, told_as
 from glasshelm.evaluation.entrants import ship_of
+from glasshelm.feeds.source import feed_from
+from glasshelm.feeds.types import Feed
 from glasshelm.pilots.catalogue import METHODS, default_pilot, names, pilot_named
 from glasshelm.pilots.course import CoursePilot
 from glasshelm.pilots.guarded import GuardedPilot
@@ -51,11 +53,18 @@ TITLES = {
 class Catalogue:
     """Scenarios, pilots and logs by the names that the page may use.
 
-    ``source`` and ``pilot`` are what the command line named, if not bundled.
+    ``source`` and ``pilot`` are what the command line named, if not bundled; ``token`` is of
+    the server that ``source`` is, and nobody else gets it.
     """
 
-    def __init__(self, shelf: Shelf, source: str | None = None, pilot: str | None = None):
-        self.shelf = shelf
+    def __init__(
+        self,
+        shelf: Shelf,
+        source: str | None = None,
+        pilot: str | None = None,
+        token: str | None = None,
+    ):
+        self.shelf, self._token = shelf, token
         self.feed = source if source and is_feed(source) else None
         self._file = source if source and not (self.feed or _known(source)) else None
         self._weights = pilot if pilot and pilot not in names() else None
@@ -83,6 +92,14 @@ class Catalogue:
     def is_live(self, source: str) -> bool:
         """Whether this names the feed of the command line."""
         return self.feed is not None and source in (self.feed, alias(self.feed))
+
+    def live(self, own: str | None) -> Feed:
+        """The feed of the command line."""
+        if self.feed is None:
+            raise InputError("no live traffic was named on the command line")
+        named = self.feed.removeprefix(LIVE)
+        with told_as(alias(self.feed), named, Path(named)):
+            return feed_from(named, own, self._token)
 
     def pilot(self, name: str) -> Pilot:
         """A pilot of the catalogue; read from disk once."""
@@ -121,7 +138,8 @@ class Catalogue:
         return found
 
     def _from_file(self, path: str, ship: ShipParams, own: str | None, at: str | None) -> Scenario:
-        scenario = scenario_from(path, ship, own, at)
+        with told_as(alias(path), path, Path(path)):
+            scenario = scenario_from(path, ship, own, at)
         return dataclasses.replace(scenario, source=alias(path))
 
 

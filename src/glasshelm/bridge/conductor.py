@@ -14,7 +14,7 @@ import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from glasshelm import __version__
 from glasshelm.bridge import messages as m
@@ -81,16 +81,22 @@ class Conductor:
         self.preparing = Preparing(self._tell)
         self.bands = Bands(errors, catalogue.pilot, self._tell)
 
+    @property
+    def counted(self) -> dict[str, Any] | None:
+        """How much of what the live session heard became of use."""
+        return None if self._stage is None else self._stage.session.counted
+
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
         self._turns[viewer] = Turns(self._requests)
-        for kind, message in [await self._hello(), *self.preparing.told]:
-            viewer.put(kind, message)
         async with self._lock:
+            hello, there = await self._hello(), []
             if self._stage is not None:
-                viewer.put("session", self._session_now(self._stage))
-                for kind, message in [*await self._work(self._stage.present), *self.bands.told]:
-                    viewer.put(kind, message)
+                now = "session", self._session_now(self._stage)
+                there = [now, *await self._work(self._stage.present), *self.bands.told]
+            # Nothing is awaited from here on: she misses nothing of what all are told.
+            for kind, message in [hello, *self.preparing.told, *there]:
+                viewer.put(kind, message)
             self.viewers.add(viewer)
 
     def leave(self, viewer: Outbox) -> None:
@@ -292,6 +298,7 @@ class Conductor:
         try:
             await session.listen()
         except InputError as error:
+            _log.warning("%s", error)
             self._tell([_notice(str(error))])
         except Exception:
             _log.exception("the feed failed")
@@ -359,7 +366,10 @@ class Conductor:
         return self._stage
 
     def _session_now(self, stage: Stage) -> bytes:
-        return stage.session_now(self._playing, self._rate)
+        live = stage.session.card.mode == "live"
+        trouble = self.writer.trouble if self.writer is not None and live else None
+        notes = [] if trouble is None else [trouble]
+        return stage.session_now(self._playing, self._rate, *notes)
 
     def _tell(self, told: list[Told]) -> None:
         for kind, message in told:
@@ -380,9 +390,10 @@ class Conductor:
 
 
 def _of_now(session: Session) -> bool:
-    """Whether this is live traffic, and heard: a page does not call it live otherwise."""
-    heard_s = session.heard_s
-    return session.connected and heard_s is not None and heard_s <= OWN_STALE_S
+    """Whether this is live traffic, and own ship is where it shows her: a page does not call it
+    live otherwise, whoever else is heard."""
+    own_s = session.own_s
+    return session.connected and own_s is not None and own_s <= OWN_STALE_S
 
 
 def _notice(text: str) -> Told:

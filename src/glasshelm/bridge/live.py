@@ -4,6 +4,7 @@ import dataclasses
 from collections import deque
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from glasshelm.bridge.logs import new_log
 from glasshelm.bridge.record import Record
@@ -52,6 +53,8 @@ class Live(Session):
         self._waiting: deque[Report] = deque(maxlen=MOST_WAITING)
         #: Reports that came faster than they could be taken.
         self.left_out = 0
+        #: Why the feed has ended for good, if it has.
+        self._over: str | None = None
         self.at = -1
         self.card = Card(source, feed.title, "live", ship, None)
         self._helm = _Helm(pilot, self._log(pilot))
@@ -59,10 +62,20 @@ class Live(Session):
         self._begun: Scenario | None = None
 
     async def listen(self) -> None:
-        """Put reports aside until cancelled; only a file comes to an end."""
-        async for report in self._feed.reports():
-            self.left_out += len(self._waiting) == MOST_WAITING
-            self._waiting.append(report)
+        """Put reports aside until cancelled; only a file comes to an end.
+
+        What ends it otherwise stays in the notes, for whoever looks on later.
+        """
+        try:
+            async for report in self._feed.reports():
+                self.left_out += len(self._waiting) == MOST_WAITING
+                self._waiting.append(report)
+        except InputError as error:
+            self._over = str(error)
+            raise
+        except Exception:
+            self._over = "the feed failed: nothing more is heard"
+            raise
 
     @property
     def record(self) -> Record:
@@ -94,6 +107,14 @@ class Live(Session):
         now, heard = self._picture.now(), self._picture.heard
         return None if now is None or heard is None else (now - heard).total_seconds()
 
+    @property
+    def own_s(self) -> float | None:
+        return self._picture.own_age_s()
+
+    @property
+    def counted(self) -> dict[str, Any]:
+        return {c.what: c.told() for c in (self._feed.counts, self._picture.counts)}
+
     def ready(self, pilot: Pilot, ahead: bool = True) -> None:
         watch = Watch(pilot)
         watch.look(_alone(self._params), 0.0)
@@ -105,7 +126,8 @@ class Live(Session):
             self._picture.take(self._waiting.popleft())
         now = self._picture.now()
         if now is None:
-            self._note(self._feed.trouble or "nothing heard yet")
+            heard = self._feed.counts.heard > 0
+            self._note("no position heard yet" if heard else "nothing heard yet")
             return None
         scenario = self._picture.scenario(now, self._params)
         if scenario is None:
@@ -116,10 +138,8 @@ class Live(Session):
         self._begun = begun = self._begun or scenario
         time_s = _since_s(begun, scenario)
         told = dataclasses.replace(scenario, source=self.card.source, start=begun.start)
-        notes = (
-            told.notes if self.connected else (self._feed.trouble or "no connection", *told.notes)
-        )
-        self.card = dataclasses.replace(self.card, title=told.title, notes=notes)
+        self.card = dataclasses.replace(self.card, title=told.title)
+        self._note(*told.notes)
         frame = self._helm.look(told, time_s)
         if self._other is not None:
             self._other.look(told, time_s)
@@ -172,8 +192,18 @@ class Live(Session):
     def _log(self, pilot: Pilot) -> Path:
         return new_log(self._logs, self.card.source, pilot.name)
 
-    def _note(self, text: str) -> None:
-        self.card = dataclasses.replace(self.card, notes=(text,))
+    def _note(self, *known: str) -> None:
+        """Note what is known, what is wrong with the feed, and what of it was of no use."""
+        trouble = self._over or (None if self.connected else self._feed.trouble or "no connection")
+        notes = [*([] if trouble is None else [trouble]), *known]
+        said, believed = self._feed.counts, self._picture.counts
+        if said.faulty or said.useless:
+            notes.append(said.sentence())
+        if believed.useless:
+            notes.append(believed.sentence())
+        if self.left_out:
+            notes.append(f"{self.left_out} reports came faster than they could be taken")
+        self.card = dataclasses.replace(self.card, notes=tuple(notes))
 
 
 def _alone(ship: ShipParams) -> Scenario:

@@ -182,7 +182,8 @@ class Preparing(_Said, frozen=True):
 
 
 class Session(_Said, frozen=True):
-    """What is being shown, and how; ``heard_s`` is the age of the last thing heard (live)."""
+    """What is being shown, and how. In live traffic ``heard_s`` is the age of the last position
+    heard of any ship, ``own_s`` that of own ship's own."""
 
     source: str
     title: str
@@ -199,6 +200,7 @@ class Session(_Said, frozen=True):
     notes: list[str]
     connected: bool
     heard_s: float | None
+    own_s: float | None
     log: str | None
 
 

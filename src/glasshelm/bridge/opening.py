@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from glasshelm.bridge.again import Again
-from glasshelm.bridge.catalogue import LIVE, Catalogue, alias
+from glasshelm.bridge.catalogue import Catalogue, alias
 from glasshelm.bridge.live import Live
 from glasshelm.bridge.logs import log_named
 from glasshelm.bridge.messages import Open, Replay
@@ -13,18 +13,15 @@ from glasshelm.bridge.sailing import Sailing
 from glasshelm.bridge.session import Session
 from glasshelm.errors import InputError
 from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.source import feed_from
-
-#: The ship of a session for which nobody named one.
-SHIP = "paper"
+from glasshelm.manning import SHIP, ship_for
 
 
 def opened(asked: Open | Replay, catalogue: Catalogue, logs: Path) -> Session:
     """The session that a page asks for. InputError if it is not of the catalogue."""
     if isinstance(asked, Replay):
         return replayed(log_named(logs, asked.log))
-    ship = asked.ship or SHIP
-    return prepared(catalogue, logs, asked.source, asked.pilot, ship, asked.own, asked.at)()
+    begin = prepared(catalogue, logs, asked.source, asked.pilot, asked.ship, asked.own, asked.at)
+    return begin()
 
 
 def prepared(
@@ -32,25 +29,26 @@ def prepared(
     logs: Path,
     source: str,
     pilot: str | None,
-    ship: str,
+    ship: str | None,
     own: str | None,
     at: str | None,
 ) -> Callable[[], Session]:
     """A session of which everything has been read and checked, but nothing sailed yet."""
-    helm = catalogue.pilot_for(ship, pilot)
+    helm = catalogue.pilot_for(ship or SHIP, pilot)
+    preset = ship_for(helm, ship)
     if catalogue.is_live(source) and catalogue.feed is not None:
         if at is not None:
             raise InputError(f"{source}: live traffic begins now; leave out at")
-        feed, name = feed_from(catalogue.feed.removeprefix(LIVE), own), alias(catalogue.feed)
+        feed, name = catalogue.live(own), alias(catalogue.feed)
 
         def begin() -> Session:
-            live = Live(name, feed, Picture(name), helm, ship, logs)
+            live = Live(name, feed, Picture(name), helm, preset, logs)
             live.ready(helm)
             return live
 
         return begin
-    scenario = catalogue.scenario(source, ship, own, at)
-    return lambda: Sailing(scenario, helm, ship, scenario.own_track is not None, logs)
+    scenario = catalogue.scenario(source, preset, own, at)
+    return lambda: Sailing(scenario, helm, preset, scenario.own_track is not None, logs)
 
 
 def replayed(path: Path) -> Session:

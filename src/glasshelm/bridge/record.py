@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.errors import InputError
+from glasshelm.errors import InputError, told_as
 from glasshelm.frames import Frame
 from glasshelm.logbook import Logbook
 
@@ -28,7 +28,8 @@ class Record:
 
     def __init__(self, path: Path, fresh: bool):
         self.path = path
-        self._log = Logbook(path, fresh=True) if fresh else None
+        with told_as(path.name, path):
+            self._log = Logbook(path, fresh=True) if fresh else None
         try:
             self._file = open(path, "rb", buffering=0)  # noqa: SIM115
         except OSError as error:

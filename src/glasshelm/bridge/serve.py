@@ -45,7 +45,10 @@ def address(bound: socket.socket, token: str | None) -> str:
 def serve(
     app: Starlette, bound: socket.socket, url: str, browse: bool, ready: Callable[[], None]
 ) -> None:
-    """Run until interrupted; ``ready`` is called when the first viewer can come."""
+    """Run until interrupted; ``ready`` is called when the first viewer can come.
+
+    There is nothing to serve where the first session cannot begin: what is wrong is then raised.
+    """
     config = uvicorn.Config(
         app,
         log_level="warning",
@@ -69,7 +72,19 @@ def serve(
             ready()
             if browse:
                 await asyncio.to_thread(webbrowser.open, url)
+            opening: asyncio.Task[None] | None = getattr(app.state, "opening", None)
+            if opening is not None:
+                await asyncio.wait((task, opening), return_when=asyncio.FIRST_COMPLETED)
+                if failed := _failed(opening):
+                    server.should_exit = True
+                    await task
+                    raise failed
         await task
 
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(run())
+
+
+def _failed(task: asyncio.Task[None]) -> BaseException | None:
+    """What a task has failed with; None while it runs, and if it was cancelled."""
+    return task.exception() if task.done() and not task.cancelled() else None

@@ -2,7 +2,7 @@
 
 import dataclasses
 from abc import abstractmethod
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import jax
 import numpy as np
@@ -83,7 +83,17 @@ class Session(Protocol):
 
     @property
     def heard_s(self) -> float | None:
-        """The age of the last thing heard [s]."""
+        """The age of the last position heard, of any ship [s]."""
+        return None
+
+    @property
+    def own_s(self) -> float | None:
+        """The age of own ship's own position [s]: what is shown is of now while that is."""
+        return None
+
+    @property
+    def counted(self) -> dict[str, Any] | None:
+        """How much of what was heard became of use, in numbers."""
         return None
 
     def ready(self, pilot: Pilot, ahead: bool = True) -> None:

@@ -93,8 +93,8 @@ class Stage:
         self._alarms.limits = limits
         return self._alarms_again()
 
-    def session_now(self, playing: bool, rate: float) -> bytes:
-        """The ``session`` message."""
+    def session_now(self, playing: bool, rate: float, *notes: str) -> bytes:
+        """The ``session`` message, with these notes before the session's own."""
         session, card = self.session, self.session.card
         first, last = session.reach_s
         now = m.Session(
@@ -110,9 +110,10 @@ class Stage:
             end_s=card.end_s,
             seekable_from_s=first,
             seekable_to_s=last,
-            notes=list(card.notes),
+            notes=[*notes, *card.notes],
             connected=session.connected,
             heard_s=session.heard_s,
+            own_s=session.own_s,
             log=session.record.path.name,
         )
         return m.written(now)

@@ -13,7 +13,7 @@ import tyro
 def run(
     source: Annotated[str, tyro.conf.Positional] = "gulf-of-finland",
     pilot: str | None = None,
-    ship: str = "paper",
+    ship: str | None = None,
     own: str | None = None,
     at: str | None = None,
     replay: Path | None = None,
@@ -29,17 +29,22 @@ def run(
     """Serve the live page of a voyage on this machine and open it in the browser.
 
     In simulated traffic the pilot steers; in recorded traffic own ship keeps
-    her track and the pilot advises. Every session's frames are written to a log.
+    her track, in live traffic she goes her own way, and the pilot advises. Every
+    session's frames are written to a log.
     Ctrl-C stops the server. Not for navigation.
 
     Args:
         source: gulf-of-finland, new-york, imazu:5, random:SEED, wide:SEED, path/to/situation.json,
-            path/to/ais.csv; the page can open others of its menu.
+            path/to/ais.csv; or live traffic: tcp://HOST:PORT or udp://HOST:PORT (NMEA 0183, AIS),
+            signalk://HOST[:PORT], signalks://HOST[:PORT] (TLS), live:path/to/recording.nmea (a
+            file, as if it were now). The page can open others of its menu.
         pilot: A bundled pilot (by default the ship's), straight, a planner (paper-planner,
             large-ship-planner), or a .safetensors file; a learned one followed by -guarded is he
             under guard (paper-sum-guarded).
-        ship: Own ship: paper or large_ship.
-        own: In recorded traffic, the MMSI to take as own ship, or "recorded".
+        ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
+        own: In recorded and live traffic, the MMSI to take as own ship; "recorded" is the recorder
+            of recorded traffic. Live, she is known without it by her AIVDO or sensors (NMEA 0183)
+            or as the server's self (Signal K).
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
         replay: Show this log of an earlier session instead of a source.
         log: Folder for the logs (default: the user's data folder, which is printed).
@@ -49,7 +54,8 @@ def run(
         errors: Largest errors of the sensors, in metres, degrees and knots, for which the certified
             rudder band of a sum pilot is shown; "off" for no band.
         write_back: Write rudder target, closest approaches and alarms back to the Signal K source.
-        signalk_token: A token of the Signal K server, needed for writing back.
+        signalk_token: A token of the Signal K source: for reading, where it lets nobody read
+            without, and needed for writing back. It is sent to that server alone.
         open_: Open the page in the browser.
     """
     from glasshelm.cli.programs import keep_compiled
@@ -61,18 +67,23 @@ def run(
     from glasshelm.bridge.catalogue import Catalogue
     from glasshelm.bridge.conductor import Conductor
     from glasshelm.bridge.guard import Guard
-    from glasshelm.bridge.logs import Shelf, default_logs
+    from glasshelm.bridge.logs import Shelf, check_writable, default_logs
     from glasshelm.bridge.opening import prepared, replayed
     from glasshelm.bridge.serve import address, bind, serve
     from glasshelm.certify.declared import declared
-    from glasshelm.feeds.source import signalk_server
+    from glasshelm.errors import InputError
+    from glasshelm.feeds.source import is_signalk, signalk_server
     from glasshelm.feeds.write_back import WriteBack
 
     console = Console(stderr=True)
     guard = Guard(host, token)
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
-    catalogue = Catalogue(Shelf(logs), source, pilot)
+    if replay is None or log is not None:
+        check_writable(logs)
+    if signalk_token is not None and not is_signalk(source):
+        raise InputError(f"{source}: a Signal K token is for signalk://HOST[:PORT] only")
+    catalogue = Catalogue(Shelf(logs), source, pilot, signalk_token)
     if replay is not None:
         session = replayed(replay)
         first = lambda: session  # noqa: E731

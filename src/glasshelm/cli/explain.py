@@ -9,7 +9,7 @@ import tyro
 def run(
     source: Annotated[str, tyro.conf.Positional],
     pilot: str | None = None,
-    ship: str = "paper",
+    ship: str | None = None,
     own: str | None = None,
     at: str | None = None,
     advise: bool = False,
@@ -30,7 +30,7 @@ def run(
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
             one followed by -guarded is he under guard (paper-sum-guarded).
-        ship: Own ship: paper or large_ship.
+        ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
         advise: Own ship keeps her recorded track; the pilot only advises.
@@ -55,8 +55,9 @@ def run(
     console = Console(stderr=True)
     title, notes = None, ()
     if source.endswith(".jsonl"):
-        if advise or any(x is not None for x in (pilot, own, at, steps)):
-            raise InputError(f"{source}: a log is told as it is; leave out pilot, own, at, steps")
+        if advise or any(x is not None for x in (pilot, ship, own, at, steps)):
+            left = "pilot, ship, own, at, advise, steps"
+            raise InputError(f"{source}: a log is told as it is; leave out {left}")
         frames = list(read(source))
         if errors is not None and frames:
             frames = list(with_bands(frames, pilot_of(frames[0]), declared(errors)))
@@ -65,12 +66,13 @@ def run(
     else:
         from glasshelm.encounters.source import scenario_from
         from glasshelm.logbook import Logbook
+        from glasshelm.manning import SHIP, ship_for
         from glasshelm.pilots.catalogue import default_pilot, pilot_named
         from glasshelm.ships import ship_named
         from glasshelm.voyage import sail, steps_of
 
-        helm = pilot_named(default_pilot(ship) if pilot is None else pilot)
-        scenario = scenario_from(source, ship_named(ship), own, at)
+        helm = pilot_named(default_pilot(ship or SHIP) if pilot is None else pilot)
+        scenario = scenario_from(source, ship_named(ship_for(helm, ship)), own, at)
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
         console.print(title, markup=False)
         count = steps_of(scenario, steps)

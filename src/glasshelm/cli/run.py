@@ -9,7 +9,7 @@ import tyro
 def run(
     source: Annotated[str, tyro.conf.Positional],
     pilot: str | None = None,
-    ship: str = "paper",
+    ship: str | None = None,
     own: str | None = None,
     at: str | None = None,
     advise: bool = False,
@@ -28,7 +28,7 @@ def run(
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
             one followed by -guarded is he under guard (paper-sum-guarded).
-        ship: Own ship: paper or large_ship.
+        ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
         advise: Own ship keeps her recorded track; the pilot only advises.
@@ -48,6 +48,7 @@ def run(
     from glasshelm.certify.logged import with_bands
     from glasshelm.encounters.source import scenario_from
     from glasshelm.logbook import Logbook, read
+    from glasshelm.manning import SHIP, ship_for
     from glasshelm.parquet import check_parquet, to_parquet
     from glasshelm.pilots.catalogue import default_pilot, pilot_named
     from glasshelm.ships import ship_named
@@ -57,8 +58,8 @@ def run(
     if parquet is not None:
         check_parquet()
     console = Console(stderr=True)
-    helm = pilot_named(default_pilot(ship) if pilot is None else pilot)
-    scenario = scenario_from(source, ship_named(ship), own, at)
+    helm = pilot_named(default_pilot(ship or SHIP) if pilot is None else pilot)
+    scenario = scenario_from(source, ship_named(ship_for(helm, ship)), own, at)
     count = steps_of(scenario, steps)
     frames = sail(scenario, helm, count, advise)
     if errors is not None:

@@ -35,7 +35,7 @@ def run(
         rudder: Own rudder [degrees, starboard positive] to hold first.
         for_: Seconds for which the rudder is held.
         minutes: How far to sail.
-        pilot: Who sails on (default: the log's own pilot, if it is bundled).
+        pilot: Who sails on, in the log's own ship (default: the log's pilot, if it is bundled).
         out: Folder for both logs and a figure.
     """
     from glasshelm.cli.programs import keep_compiled

@@ -10,7 +10,7 @@ from glasshelm.encounters.random import FAMILIES, random_scenario
 from glasshelm.encounters.recorded import RecordingSettings, recorded_scenario
 from glasshelm.encounters.situation import read_situation
 from glasshelm.encounters.types import Scenario
-from glasshelm.errors import InputError
+from glasshelm.errors import InputError, told_as
 from glasshelm.ships import ShipParams
 
 #: Recordings that come with the package (data/README.md): name -> file, own ship if none is named.
@@ -50,7 +50,7 @@ def scenario_from(
     kind = source.partition(":")[0]
     if source in BUNDLED:
         file, default_own = BUNDLED[source]
-        with as_file(files("glasshelm") / "data" / file) as path:
+        with as_file(files("glasshelm") / "data" / file) as path, told_as(source, path):
             chosen = default_own if own is None else own
             scenario = recorded_scenario(path, ship, chosen, at, settings)
         return dataclasses.replace(scenario, source=source)

@@ -17,10 +17,9 @@ def note(vessel: Vessel, own: Fix | None, motion: Motion | None) -> None:
     if fix is None or own is None or motion is None or abs(fix.time_s - own.time_s) > FRESH_S:
         return
     east, north = way_m(own, fix)
-    run = motion.speed_m_s * (fix.time_s - own.time_s)
-    away = math.hypot(
-        east - run * math.sin(motion.course_rad), north - run * math.cos(motion.course_rad)
-    )
+    course = motion.course_rad
+    run = 0.0 if course is None else motion.speed_m_s * (fix.time_s - own.time_s)
+    away = math.hypot(east - run * math.sin(course or 0.0), north - run * math.cos(course or 0.0))
     if away < ECHO_M:
         vessel.beside += 1
     else:

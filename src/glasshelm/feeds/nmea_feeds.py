@@ -9,10 +9,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from glasshelm.errors import InputError
 from glasshelm.feeds.again import Backoff
 from glasshelm.feeds.lines import Lines
 from glasshelm.feeds.nmea import NmeaReader
+from glasshelm.feeds.reasons import reason
 from glasshelm.feeds.types import Begun, Counts, Refusal, Report
 
 #: A TCP server that is silent for so long [s] is taken for gone, and connected to again.
@@ -22,6 +22,7 @@ CONNECT_S = 10.0
 #: Datagrams that may wait to be read.
 MOST_DATAGRAMS = 4096
 _PIECE = 65536
+_SILENT = "nothing comes"
 
 
 class TcpFeed(Begun):
@@ -39,7 +40,7 @@ class TcpFeed(Begun):
                 async with asyncio.timeout(CONNECT_S):
                     stream, writer = await asyncio.open_connection(*self._address)
             except OSError as error:  # asyncio's TimeoutError is one
-                self.trouble = f"{self.title}: {_reason(error)}"
+                self.trouble = f"{self.title}: {reason(error, _SILENT)}"
                 await backoff.wait()
                 continue
             self.connected, self.trouble = True, None
@@ -65,7 +66,7 @@ class TcpFeed(Begun):
             async with asyncio.timeout(SILENT_S):
                 piece = await stream.read(_PIECE)
         except OSError as error:
-            self.trouble = f"{self.title}: {_reason(error)}"
+            self.trouble = f"{self.title}: {reason(error, _SILENT)}"
             return b""
         if not piece:
             self.trouble = f"{self.title}: the server closed the connection"
@@ -87,7 +88,8 @@ class UdpFeed(Begun):
                 lambda: _Listener(datagrams, self.counts), local_addr=self._address
             )
         except OSError as error:
-            raise InputError(f"{self.title}: cannot listen: {_reason(error)}") from None
+            why = f"{self.title}: cannot listen: {reason(error, _SILENT)}"
+            raise self.ended(why) from None
         reader = NmeaReader(self.counts, live=True, own=self._own)
         self.connected = True
         try:
@@ -159,15 +161,10 @@ class FileFeed(Begun):
                 while piece := file.read(_PIECE):
                     yield lines.feed(piece)
         except (OSError, EOFError, zlib.error) as error:
-            raise InputError(f"{self._path}: cannot be read ({_reason(error)})") from None
+            why = f"{self._path.name}: cannot be read ({reason(error, _SILENT)})"
+            raise self.ended(why) from None
         yield lines.end()
 
 
 def _lines_of(datagram: bytes) -> Iterator[bytes]:
     return (line for line in datagram.replace(b"\r", b"\n").split(b"\n") if line.strip())
-
-
-def _reason(error: BaseException) -> str:
-    if isinstance(error, TimeoutError):
-        return "nothing comes"
-    return getattr(error, "strerror", None) or str(error) or type(error).__name__

@@ -15,10 +15,18 @@ from glasshelm.feeds.destination import AHEAD_M, Destination
 from glasshelm.feeds.echo import is_echo, note
 from glasshelm.feeds.epoch import TrafficTime
 from glasshelm.feeds.possible import possible
-from glasshelm.feeds.scene import Here, fitted, here_of, info_of, place_of, tracks_of
+from glasshelm.feeds.scene import (
+    DRIFTING_M_S,
+    Here,
+    fitted,
+    here_of,
+    info_of,
+    place_of,
+    tracks_of,
+)
 from glasshelm.feeds.slots import Slots
 from glasshelm.feeds.types import Counts, Refusal, Report
-from glasshelm.feeds.vessel import Vessel
+from glasshelm.feeds.vessel import Motion, Vessel
 from glasshelm.geometry import Vector
 from glasshelm.ships import NAUTICAL_MILE_M, ShipParams
 from glasshelm.voyage import LOST_SHOWN_S
@@ -33,7 +41,7 @@ SLOTS = 256
 MOST_SHIPS = 4096
 #: The plane's origin is set anew when own ship is so far from it [m].
 RECENTRE_M = 30_000.0
-#: Older positions of own ship [s] are remarked on.
+#: Older positions of own ship [s] are remarked on, and a picture with them is not called live.
 OWN_STALE_S = 30.0
 #: Numbers under which own ship is known, at most.
 _MOST_OWN = 8
@@ -49,7 +57,7 @@ class Picture:
     """
 
     def __init__(self, title: str = "live", slots: int = SLOTS, lost_after_s: float = LOST_AFTER_S):
-        self.counts = Counts()
+        self.counts = Counts("reports")
         self._title, self._lost_after_s = title, lost_after_s
         self._time = TrafficTime()
         self._advanced_at = 0.0
@@ -83,6 +91,11 @@ class Picture:
         if latest is None:
             return None
         return _EPOCH + timedelta(seconds=latest + time.monotonic() - self._advanced_at)
+
+    def own_age_s(self) -> float | None:
+        """How old own ship's own position is at this instant [s]; None where there is none."""
+        now, fix = self.now(), self._own.fix
+        return None if now is None or fix is None else max(_seconds(now) - fix.time_s, 0.0)
 
     def take(self, report: Report) -> Refusal | None:
         """Take a report; says why if it is not believed. Never raises."""
@@ -147,8 +160,11 @@ class Picture:
             return f"no position of own ship yet ({len(self._ships)} other ships heard)"
         if now_s - own.fix.time_s > self._lost_after_s:
             return f"own ship was last heard {now_s - own.fix.time_s:.0f} s ago: she is lost"
-        if own.motion() is None:
+        motion = own.motion()
+        if motion is None:
             return "own ship's speed is not known yet"
+        if _goes_anywhere(motion):
+            return "own ship's course is not known yet"
         ships = sum(1 for v in self._ships.values() if self._is_target(v))
         return f"own ship and {ships} other {'ship' if ships == 1 else 'ships'}"
 
@@ -228,6 +244,8 @@ class Picture:
         fix, motion = self._own.fix, self._own.motion()
         if fix is None or motion is None or now_s - fix.time_s > self._lost_after_s:
             return None
+        if _goes_anywhere(motion):
+            return None
         # Written so that a distance that is no number (the far side of the globe) also counts.
         if self._plane is None or not math.hypot(*place_of(fix, self._plane)) <= RECENTRE_M:
             self._plane = Plane(fix.latitude_deg, fix.longitude_deg)
@@ -257,6 +275,9 @@ class Picture:
             )
         if here.age_s > OWN_STALE_S:
             notes.append(f"own ship's position is {here.age_s:.0f} s old: dead-reckoned since")
+        motion = self._own.motion()
+        if motion is not None and motion.course_rad is None:
+            notes.append("own ship's heading is not known: she is shown heading north")
         if self._own.length_m is None:
             notes.append("own ship's length is not told: that of the chosen ship is assumed")
         return tuple(notes)
@@ -265,6 +286,11 @@ class Picture:
 def _seconds(when: datetime) -> float:
     """Seconds since 1970; a time without a zone is UTC."""
     return ((when if when.tzinfo else when.replace(tzinfo=UTC)) - _EPOCH).total_seconds()
+
+
+def _goes_anywhere(motion: Motion) -> bool:
+    """Whether she makes way on a course that nothing tells."""
+    return motion.course_rad is None and motion.speed_m_s >= DRIFTING_M_S
 
 
 def _identity_alone(r: Report) -> bool:

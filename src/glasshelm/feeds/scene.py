@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.encounters.mmsi import called
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.tracks import Row, single_track
 from glasshelm.encounters.types import TargetInfo, Track
@@ -59,8 +60,11 @@ def place_of(fix: Fix, plane: Plane) -> tuple[float, float]:
 
 
 def here_of(own: Vessel, fix: Fix, motion: Motion, plane: Plane, now_s: float) -> Here:
-    """Own ship at ``now_s``, on her course over ground (adrift: her heading)."""
-    course = motion.course_rad
+    """Own ship at ``now_s``, on her course over ground (adrift: her heading).
+
+    Where neither is known, she is shown heading north.
+    """
+    course = motion.course_rad or 0.0
     if motion.speed_m_s < DRIFTING_M_S and own.heading is not None:
         course = own.heading.value
     east, north = place_of(fix, plane)
@@ -89,7 +93,10 @@ def _held(said: Value | None, now_s: float) -> float | None:
 def tracks_of(
     vessels: Sequence[Vessel | None], plane: Plane, now_s: float, lasts_s: float
 ) -> Track:
-    """One leg a slot, from the latest position; empty slots have one that never begins."""
+    """One leg a slot, from the latest position; empty slots have one that never begins.
+
+    Who may be going anywhere is shown where she is: without a course no speed is a direction.
+    """
     found = [
         (k, v.fix, motion)
         for k, v in enumerate(vessels)
@@ -99,7 +106,7 @@ def tracks_of(
     time_s = np.array([fix.time_s for _, fix, _ in found])
     latitude = np.array([fix.latitude_deg for _, fix, _ in found])
     longitude = np.array([fix.longitude_deg for _, fix, _ in found])
-    course = np.array([motion.course_rad for _, _, motion in found])
+    course = np.array([motion.course_rad or 0.0 for _, _, motion in found])
     start, end = np.full((2, len(vessels)), np.inf)
     east, north, direction, speed = np.zeros((4, len(vessels)))
     if slots:
@@ -108,7 +115,7 @@ def tracks_of(
         end[slots] = start[slots] + lasts_s
         east[slots], north[slots] = plane.to_plane(latitude, longitude)
         direction[slots] = plane.course(latitude, longitude, course)
-        speed[slots] = [motion.speed_m_s for _, _, motion in found]
+        speed[slots] = [0.0 if m.course_rad is None else m.speed_m_s for _, _, m in found]
     columns = (start, end, east, north, direction, speed)
     return Track(*(jnp.asarray(x[:, None], jnp.float32) for x in columns))
 
@@ -125,5 +132,5 @@ def info_of(vessel: Vessel | None) -> TargetInfo:
     """Who is in a slot."""
     if vessel is None:
         return TargetInfo("", "empty slot")
-    name = vessel.name or (f"MMSI {vessel.id}" if vessel.id.isdigit() else vessel.id)
+    name = vessel.name or (called(vessel.id) if vessel.id.isdigit() else vessel.id)
     return TargetInfo(vessel.id, name, vessel.length_m, vessel.kind)

@@ -5,16 +5,24 @@ import contextlib
 from collections.abc import AsyncIterator
 
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
+from websockets.exceptions import ConnectionClosed, WebSocketException
 
 from glasshelm.feeds.again import Backoff
 from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.feeds.types import Begun, Refusal, Report
+from glasshelm.feeds.reasons import reason
+from glasshelm.feeds.types import Begun, Counts, Refusal, Report
 
 #: A server that is silent for so long [s] is taken for gone, and connected to again.
 SILENT_S = 120.0
 CONNECT_S = 10.0
 _TOO_BIG = 1009  # RFC 6455, 7.4.1
+
+
+class _Straight(connect):
+    """Goes nowhere else than to the address given: a token is for that server alone."""
+
+    def process_redirect(self, exc: Exception) -> Exception | str:
+        return exc
 
 
 class SignalK:
@@ -29,7 +37,7 @@ class SignalK:
     def connect(self, subscribe: str) -> connect:
         """A connection to open; ``subscribe`` is ``all`` or ``none``."""
         headers = {"Authorization": f"Bearer {self._token}"} if self._token else None
-        return connect(
+        return _Straight(
             self._url + subscribe,
             additional_headers=headers,
             max_size=LONGEST_MESSAGE,
@@ -43,7 +51,7 @@ class SignalKFeed(Begun):
     """A client of a Signal K server: everything it has of vessels, each delta as it came to it."""
 
     def __init__(self, server: SignalK, own: str | None = None):
-        super().__init__(f"Signal K at {server.address}")
+        super().__init__(f"Signal K at {server.address}", Counts("messages"))
         self._server, self._own = server, own
 
     async def reports(self) -> AsyncIterator[Report]:
@@ -84,17 +92,3 @@ class SignalKFeed(Begun):
         except (OSError, WebSocketException) as error:
             self.trouble = f"{self.title}: {reason(error)}"
         return None
-
-
-def reason(error: BaseException) -> str:
-    """One line about a connection that failed."""
-    if isinstance(error, TimeoutError):
-        return "no answer"
-    if isinstance(error, InvalidStatus):
-        status = error.response.status_code
-        hint = ": a token is needed, or this one is not valid" if status in (401, 403) else ""
-        return f"refused with HTTP status {status}{hint}"
-    if isinstance(error, ConnectionClosed):
-        return "the server closed the connection"
-    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return " ".join(text.split())

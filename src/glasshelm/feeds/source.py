@@ -40,10 +40,16 @@ def feed_from(text: str, own: str | None = None, token: str | None = None) -> Fe
     return SignalKFeed(SignalK(host, port, scheme == "signalks", token), own)
 
 
+def is_signalk(text: str) -> bool:
+    """Whether this names a Signal K server."""
+    scheme, found, _ = text.strip().partition("://")
+    return bool(found) and scheme in SIGNALK_PORT
+
+
 def signalk_server(text: str, token: str | None) -> SignalK:
     """The server of ``signalk://…`` for writing back. InputError if it is none, or no token is."""
-    scheme, found, _ = text.strip().partition("://")
-    if not found or scheme not in SIGNALK_PORT:
+    scheme = text.strip().partition("://")[0]
+    if not is_signalk(text):
         raise InputError(f"{text}: only Signal K can be written back to (signalk://HOST[:PORT])")
     if not token:
         raise InputError("writing back to Signal K needs a token of its server")

@@ -7,9 +7,11 @@ takes the reports and makes a scenario of them, ``write_back.WriteBack`` tells S
 from collections.abc import AsyncIterator
 from datetime import datetime
 from enum import StrEnum
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import msgspec
+
+from glasshelm.errors import InputError
 
 
 class Report(msgspec.Struct, frozen=True, kw_only=True):
@@ -45,14 +47,14 @@ class Refusal(StrEnum):
 
     TOO_LONG = "longer than any sentence or message may be"
     UNREADABLE = "not of the form of a sentence or message"
-    CHECKSUM = "checksum wrong"
-    UNDECODABLE = "contents cannot be decoded"
+    CHECKSUM = "with a wrong checksum"
+    UNDECODABLE = "whose contents cannot be decoded"
     PART_MISSING = "part of a message whose other parts did not come"
     UNUSED = "of a kind that is not used"
     NO_TIME = "without a time, in a recording"
     NO_SHIP = "of a coast station, an aid to navigation or an aircraft"
-    NOTHING_TOLD = "every value not available"
-    IMPOSSIBLE = "impossible values"
+    NOTHING_TOLD = "without any value"
+    IMPOSSIBLE = "with impossible values"
     LATE = "older than what was heard before"
     REPEATED = "a repeat of what was heard before"
     JUMP = "a jump in position or course"
@@ -60,16 +62,23 @@ class Refusal(StrEnum):
     OVERRUN = "come faster than they were read"
 
 
+#: What every feed holds beside what is of use: no fault of it.
+_USUAL = frozenset(
+    (Refusal.UNUSED, Refusal.NO_SHIP, Refusal.NOTHING_TOLD, Refusal.LATE, Refusal.REPEATED)
+)
+
+
 class Counts:
     """How much was heard, understood and refused, by reason.
 
-    A feed counts sentences (NMEA) or messages (Signal K); a picture counts reports.
+    A feed counts sentences (NMEA) or messages (Signal K); a picture counts reports: ``what``.
     ``heard`` is counted on arrival, the rest when it is decided, so that at any time
     ``heard == understood + sum(refused.values()) + waiting``; what waits are the
     parts of messages not yet complete, and none are left when a feed has ended.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, what: str = "sentences"):
+        self.what = what
         self.heard = 0
         self.understood = 0
         self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
@@ -79,24 +88,47 @@ class Counts:
         """What is heard and not yet decided."""
         return self.heard - self.understood - sum(self.refused.values())
 
+    @property
+    def useless(self) -> bool:
+        """Whether something was heard, and nothing of it became of use."""
+        return self.heard > 0 and self.understood == 0
+
+    @property
+    def faulty(self) -> bool:
+        """Whether something was refused that a sound feed does not hold."""
+        return any(n for why, n in self.refused.items() if why not in _USUAL)
+
     def refuse(self, why: Refusal, count: int = 1) -> None:
         """Count ``count`` of those heard as refused."""
         self.refused[why] += count
 
     def sentence(self) -> str:
-        """For people: ``"12 heard, 9 understood; 3 checksum wrong"``."""
-        parts = [f"{count} {why}" for why, count in self.refused.items() if count]
-        return "; ".join([f"{self.heard} heard, {self.understood} understood", *parts])
+        """For people: ``"heard 12 sentences: 9 used, 3 with a wrong checksum"``."""
+        parts = [f"{self.understood} used", *(f"{n} {why}" for why, n in self._reasons())]
+        return f"heard {self.heard} {self.what}: {', '.join(parts)}"
+
+    def told(self) -> dict[str, Any]:
+        """For programs: the same numbers."""
+        refused = {str(why): count for why, count in self._reasons()}
+        return {"heard": self.heard, "used": self.understood, "refused": refused}
+
+    def _reasons(self) -> list[tuple[Refusal, int]]:
+        return [(why, count) for why, count in self.refused.items() if count]
 
 
 class Begun:
     """A feed of a title that has heard nothing yet: what all feeds have before they run."""
 
-    def __init__(self, title: str):
+    def __init__(self, title: str, counts: Counts | None = None):
         self.title = title
-        self.counts = Counts()
+        self.counts = counts or Counts("sentences")
         self.connected = False
         self.trouble: str | None = None
+
+    def ended(self, why: str) -> InputError:
+        """To be raised where nothing can be heard at all; why stays its trouble."""
+        self.trouble = why
+        return InputError(why)
 
 
 @runtime_checkable

@@ -55,9 +55,9 @@ class Value:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Motion:
-    """Course and speed over ground."""
+    """Course and speed over ground. The course is None where nothing tells it."""
 
-    course_rad: float
+    course_rad: float | None
     speed_m_s: float
 
 
@@ -111,7 +111,7 @@ class Vessel:
         """Her motion at her latest position; None if nothing tells a speed.
 
         What is not said is taken from the positions; a course that these do not
-        give is the last one said, her heading, or 0 for a ship that lies still.
+        give is the last one said, or her heading, or not known.
         """
         fix = self.fix
         if fix is None:
@@ -128,7 +128,7 @@ class Vessel:
         if way >= SHORT_WAY_M and not _near(self._course, fix):
             return Motion(math.atan2(east, north) % math.tau, speed)
         said = self._course or self.heading
-        return Motion(said.value if said else 0.0, speed)
+        return Motion(None if said is None else said.value, speed)
 
     def _earlier(self, fix: Fix) -> Fix | None:
         """The latest position from which motion to ``fix`` can be taken."""

@@ -13,7 +13,8 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import WebSocketException
 
 from glasshelm.feeds.again import Backoff
-from glasshelm.feeds.signalk import SignalK, reason
+from glasshelm.feeds.reasons import reason
+from glasshelm.feeds.signalk import SignalK
 from glasshelm.frames import Frame, Target
 
 RUDDER = "steering.rudderAngleTarget"

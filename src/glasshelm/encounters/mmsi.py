@@ -1,0 +1,11 @@
+"""What a station is called that tells no name of its own: by its number (ITU-R M.585)."""
+
+#: Senders of distress, by the first three of nine digits: survival craft, man overboard, beacons.
+_DISTRESS = {"970": "SART", "972": "MOB", "974": "EPIRB"}
+
+
+def called(mmsi: int | str) -> str:
+    """``MMSI 230035780``; of a sender of distress ``SART 970012345``."""
+    text = str(mmsi)
+    kind = _DISTRESS.get(text[:3], "MMSI") if len(text) == 9 else "MMSI"
+    return f"{kind} {text}"
