@@ -75,8 +75,12 @@ export class App extends LitElement {
       }
       /* Four ships are always in full sight, six where there is room; the plots take the rest. */
       gh-target-list {
+        --row: 36px;
         flex: 1 0 0;
-        min-height: calc(75px + 36px * var(--rows, 2));
+        min-height: calc(75px + var(--row) * var(--rows, 2));
+      }
+      .level-3 gh-target-list {
+        --row: 33px;
       }
       .level-2 gh-target-list,
       .level-3 gh-target-list {
@@ -93,11 +97,23 @@ export class App extends LitElement {
       .level-3 .head {
         grid-template-columns: minmax(270px, 1fr) 1fr;
       }
-      /* A tablet held upright: the picture above, its reasons below. */
+      .level-3 .head {
+        grid-template-rows: 1fr auto;
+      }
+      .level-3 gh-advice {
+        grid-row: span 2;
+      }
+      /* A tablet held upright: the picture above, its reasons below, and the more room the more of them. */
       @media (orientation: portrait) {
         .body {
           grid-template-columns: minmax(0, 1fr);
           grid-template-rows: minmax(0, 11fr) minmax(0, 10fr);
+        }
+        .level-2 {
+          grid-template-rows: minmax(450px, 9fr) minmax(0, 11fr);
+        }
+        .level-3 {
+          grid-template-rows: minmax(450px, 7fr) minmax(0, 13fr);
         }
         aside {
           border-left: 0;
@@ -136,6 +152,7 @@ export class App extends LitElement {
 
   override render() {
     const { level } = store.settings.all;
+    const ask = html`<gh-what-if aria-live="polite"></gh-what-if>`;
     return html`
       <gh-top-bar role="banner" @menu=${() => this.menu.open()}></gh-top-bar>
       <gh-alarm-strip role="alert"></gh-alarm-strip>
@@ -148,10 +165,11 @@ export class App extends LitElement {
           <div class="head">
             <gh-advice></gh-advice>
             <gh-sentence aria-live="polite"></gh-sentence>
+            ${level > 2 ? ask : nothing}
           </div>
           <gh-outside></gh-outside>
           ${store.session?.compare ? html`<gh-comparison></gh-comparison>` : nothing}
-          <gh-what-if aria-live="polite"></gh-what-if>
+          ${level > 2 ? nothing : ask}
           <gh-target-list></gh-target-list>
           ${level > 1 ? html`<gh-why></gh-why>` : nothing}
         </aside>

@@ -1,4 +1,4 @@
-/** A sound while an alarm is not acknowledged; browsers allow it once the viewer has touched the page. */
+/** A sound while an alarm shown is not acknowledged, though its picture be old; browsers allow it once the viewer has touched the page. */
 
 import { store } from "./store";
 
@@ -10,7 +10,7 @@ export function watchAlarms(): void {
   window.addEventListener("keydown", () => (context ??= new AudioContext()), { once: true });
   window.setInterval(() => {
     const open = store.alarms.some((a) => a.state === "unacknowledged");
-    if (context && open && store.settings.all.sound && store.liveness.state !== "stale") beep(context);
+    if (context && open && store.settings.all.sound) beep(context);
   }, EVERY_MS);
 }
 

@@ -12,6 +12,8 @@ const SILENCE_MS = 13000;
 
 export class Link {
   state: LinkState = "connecting";
+  /** When the line was opened, or lost: an outage goes on while it is tried again [ms]. */
+  since_ms = performance.now();
   private socket: WebSocket | null = null;
   private wait_ms = FIRST_WAIT_MS;
   private heard_ms = 0;
@@ -83,6 +85,7 @@ export class Link {
 
   private become(state: LinkState): void {
     if (state === this.state) return;
+    if (state === "open" || this.state === "open") this.since_ms = performance.now();
     this.state = state;
     this.onState(state);
   }

@@ -4,10 +4,11 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 
 import { bandOf } from "./domain/band";
 import { carriedOn } from "./domain/between";
-import { Book, PLACES, type Palette } from "./domain/colours";
+import { Book, type Palette } from "./domain/colours";
+import { heardAge } from "./domain/heard";
 import { added, lighten, MOST_FRAMES } from "./domain/history";
 import { liveness, type Liveness } from "./domain/liveness";
-import { foremost, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
+import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
 import { Link, socketUrl, type LinkState } from "./link";
 import { Settings } from "./settings";
 import type {
@@ -55,8 +56,8 @@ export class Store {
 
   private readonly link: Link;
   private readonly hosts = new Set<ReactiveControllerHost>();
-  private linkSince_ms = performance.now();
   private frameAt_ms: number | null = null;
+  private sessionAt_ms = 0;
   private shown: Frame | null = null;
   private scheduled = false;
   private noticeCount = 0;
@@ -83,17 +84,27 @@ export class Store {
   }
 
   get liveness(): Liveness {
-    const now = performance.now();
     return liveness(
-      { open: this.link.state === "open", since_s: (now - this.linkSince_ms) / 1000 },
+      { open: this.link.state === "open", since_s: (performance.now() - this.link.since_ms) / 1000 },
       this.session,
       this.frameAge_s,
+      this.saidAge_s,
     );
+  }
+
+  /** Seconds since the session was told, with the ages in it. */
+  private get saidAge_s(): number {
+    return (performance.now() - this.sessionAt_ms) / 1000;
   }
 
   /** Seconds since the last frame came in, by this computer's clock. */
   get frameAge_s(): number | null {
     return this.frameAt_ms === null ? null : (performance.now() - this.frameAt_ms) / 1000;
+  }
+
+  /** Seconds since what is shown was heard: in live traffic own ship's position, else the frame. */
+  get heardAge_s(): number | null {
+    return heardAge(this.session, this.frameAge_s, this.saidAge_s);
   }
 
   get linkState(): LinkState {
@@ -233,6 +244,7 @@ export class Store {
     if (other) this.forget();
     if (!session.compare) this.compareFrames = [];
     this.session = session;
+    this.sessionAt_ms = performance.now();
   }
 
   private forget(): void {
@@ -284,14 +296,12 @@ export class Store {
     if (!frame) return;
     this.dangerScale = roundScale(largestDanger(this.frames));
     this.rows = ranked(frame, this.alarms, this.dangerScale);
-    const noted = foremost(this.rows, PLACES).sort((a, b) => b.note - a.note);
-    const ids = noted.map((row) => row.target.id);
+    const ids = byNote(this.rows, (id) => this.book.place(id) !== null);
     const chosen = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
     this.book.update(chosen, new Set(frame.targets.map((t) => t.id)));
   }
 
   private linked(_state: LinkState): void {
-    this.linkSince_ms = performance.now();
     this.preparing = null;
     this.asking = false;
     this.changed();

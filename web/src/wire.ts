@@ -179,7 +179,9 @@ export interface Session {
   seekable_to_s: number;
   notes: string[];
   connected?: boolean;
+  /** Ages of the last position heard, of any ship and of own ship's own (live). */
   heard_s?: number | null;
+  own_s?: number | null;
   /** The file that this session is written to. */
   log?: string | null;
 }

@@ -1,6 +1,6 @@
-import { describe, expect, it } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { parsed, socketUrl } from "../src/link";
+import { Link, parsed, socketUrl } from "../src/link";
 
 describe("the socket", () => {
   it("lies beside the page and takes the token along", () => {
@@ -14,5 +14,51 @@ describe("the socket", () => {
     for (const bad of ["", "{", "null", "3", "[]", "{}", new ArrayBuffer(3), undefined])
       expect(parsed(bad)).toBeNull();
     expect(parsed('{"type":"pong"}')).toEqual({ type: "pong" });
+  });
+});
+
+describe("an outage", () => {
+  class Socket {
+    static readonly OPEN = 1;
+    static last: Socket;
+    readyState = 0;
+    onopen = (): void => {};
+    onclose = (): void => {};
+    onmessage = (): void => {};
+    constructor() {
+      Socket.last = this;
+    }
+    close(): void {}
+    send(): void {}
+  }
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    vi.stubGlobal("WebSocket", Socket);
+    vi.stubGlobal("window", globalThis);
+  });
+
+  afterEach(() => {
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
+
+  it("lasts from the loss of the line until it is open again, however often it is tried", () => {
+    const link = new Link("ws://ship/ws", () => {}, () => {});
+    link.start();
+    Socket.last.onopen();
+    vi.advanceTimersByTime(1000);
+    Socket.last.onclose();
+    const lost_ms = performance.now();
+    for (let n = 0; n < 6; n++) {
+      const refused = Socket.last;
+      while (Socket.last === refused) vi.advanceTimersByTime(100);
+      Socket.last.onclose();
+      expect(link.since_ms).toBe(lost_ms);
+    }
+    vi.advanceTimersByTime(10_000);
+    Socket.last.onopen();
+    expect(link.since_ms).toBe(performance.now());
+    link.stop();
   });
 });

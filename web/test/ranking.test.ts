@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 
-import { byIntention, dangerOf, foremost, ranked, roundScale } from "../src/domain/ranking";
+import { Book, PLACES } from "../src/domain/colours";
+import { byIntention, byNote, dangerOf, ranked, roundScale } from "../src/domain/ranking";
 import { alarm, frame, target } from "./frames";
 
 const ids = (rows: { target: { id: string } }[]): string => rows.map((r) => r.target.id).join("");
@@ -35,6 +36,16 @@ describe("order", () => {
     expect(ids(ranked(frame(0, ships), [], 1))).toBe("dbca");
   });
 
+  it("puts ships under alarm before all others, whom nobody has acknowledged and who come soonest", () => {
+    const ships = ["a", "b", "c", "d"].map((id, k) => target(id, { intention: 9 - k }));
+    const alarms = [
+      alarm("b", { state: "acknowledged", tcpa_s: 20 }),
+      alarm("c", { tcpa_s: 90 }),
+      alarm("d", { tcpa_s: 30 }),
+    ];
+    expect(ids(ranked(frame(0, ships), alarms, 1))).toBe("dcba");
+  });
+
   it("goes by attention, then danger, then closeness where intention is equal", () => {
     const zero = { intention: 0 };
     const ships = [
@@ -58,16 +69,39 @@ describe("order", () => {
 });
 
 describe("ships of note", () => {
+  const nobody = (): boolean => false;
+
   it("hold every ship in alarm, whatever the pilot makes of her", () => {
     const ships = [1, 2, 3, 4].map((k) => target(String(k), { intention: 9, attention: 0.3, tcpa_s: 60 }));
     ships.push(target("quiet", { intention: 0, attention: 0, dcpa_m: 900 }));
-    const rows = ranked(frame(0, ships), [alarm("quiet")], 1);
-    expect(ids(foremost(rows, 2))).toContain("quiet");
-    expect(ids(foremost(ranked(frame(0, ships), [], 1), 2))).not.toContain("quiet");
+    expect(byNote(ranked(frame(0, ships), [alarm("quiet")], 1), nobody)[0]).toBe("quiet");
+    expect(byNote(ranked(frame(0, ships), [], 1), nobody).at(-1)).toBe("quiet");
   });
 
-  it("stay in the order of the list", () => {
-    const ships = [target("a", { intention: 2 }), target("b", { intention: 1, attention: 1 })];
-    expect(ids(foremost(ranked(frame(0, ships), [], 1), 2))).toBe("ab");
+  it("are those whom the alarms name first, before any who has a colour", () => {
+    const all = Array.from({ length: PLACES + 3 }, (_, k) => `s${k}`);
+    const ships = all.map((id) => target(id));
+    const alarms = all.map((id, k) => alarm(id, { tcpa_s: 100 - k }));
+    const order = byNote(ranked(frame(0, ships), alarms, 1), (id) => id < "s6");
+    expect(order.slice(0, 3)).toEqual(["s8", "s7", "s6"]);
+  });
+
+  it("do not take a colour from one another by turns", () => {
+    const all = Array.from({ length: PLACES + 1 }, (_, k) => `s${k}`);
+    for (const alarmed of [false, true]) {
+      const book = new Book();
+      /** The last two are equally near, but for a second to one side or the other. */
+      const look = (second: number): (number | null)[] => {
+        const tcpa_s = (k: number): number => (k < PLACES - 1 ? 200 + k : 300 + k * second);
+        const ships = all.map((id, k) => target(id, { tcpa_s: tcpa_s(k) }));
+        const alarms = all.map((id, k) => alarm(id, { tcpa_s: tcpa_s(k) }));
+        const rows = ranked(frame(0, ships), alarmed ? alarms : [], 1);
+        book.update(byNote(rows, (id) => book.place(id) !== null), new Set(all));
+        return all.map((id) => book.place(id));
+      };
+      const first = look(1);
+      expect(first).toEqual([0, 1, 2, 3, 4, 5, null]);
+      for (const second of [-1, 1, -1]) expect(look(second)).toEqual(first);
+    }
   });
 });

@@ -1,4 +1,4 @@
-/** Which ship matters: danger with its zero and its scale, order by intention, ships of note. */
+/** Which ship matters: danger with its zero and its scale, alarms first, then intention; ships of note. */
 
 import type { Alarm, Frame, Target } from "../wire";
 
@@ -58,6 +58,12 @@ function order(a: number | null | undefined, b: number | null | undefined, grain
   return Math.round(b / grain) - Math.round(a / grain) || 0;
 }
 
+/** Alarms in the order in which they are told: those not acknowledged first, then the soonest. */
+export const byUrgency = (a: Alarm, b: Alarm): number =>
+  Number(a.state === "acknowledged") - Number(b.state === "acknowledged") ||
+  a.tcpa_s - b.tcpa_s ||
+  a.dcpa_m - b.dcpa_m;
+
 /** A target beside what is said of her on the page. */
 export interface Ranked {
   target: Target;
@@ -65,13 +71,14 @@ export interface Ranked {
   note: number;
 }
 
-/** How much a ship deserves to be looked at; alarms outweigh everything. */
+/** How much a ship deserves to be looked at; alarms outweigh everything, in the order of `byUrgency`. */
 export function noteOf(target: Target, alarm: Alarm | null, dangerScale: number): number {
-  if (alarm) return 10 + closeness(target);
+  if (alarm) return (alarm.state === "acknowledged" ? 10 : 20) + Math.exp(-Math.max(alarm.tcpa_s, -60) / 900);
   const danger = Math.max(0, dangerOf(target) ?? 0) / dangerScale;
   return (target.attention ?? 0) + danger + Math.abs(target.intention ?? 0) + closeness(target);
 }
 
+/** The order of the list: ships under alarm first, by `byUrgency`; the others by intention. */
 export function ranked(frame: Frame, alarms: readonly Alarm[], dangerScale: number): Ranked[] {
   const byTarget = new Map(alarms.map((alarm) => [alarm.target, alarm]));
   return frame.targets
@@ -79,11 +86,21 @@ export function ranked(frame: Frame, alarms: readonly Alarm[], dangerScale: numb
       const alarm = byTarget.get(target.id) ?? null;
       return { target, alarm, note: noteOf(target, alarm, dangerScale) };
     })
-    .sort((a, b) => byIntention(a.target, b.target));
+    .sort((a, b) => {
+      if (a.alarm && b.alarm) return byUrgency(a.alarm, b.alarm) || byIntention(a.target, b.target);
+      return Number(!a.alarm) - Number(!b.alarm) || byIntention(a.target, b.target);
+    });
 }
 
-/** The `most` ships of the greatest note, still in the order of the list. */
-export function foremost(rows: readonly Ranked[], most: number): Ranked[] {
-  const kept = new Set([...rows].sort((a, b) => b.note - a.note).slice(0, most));
-  return rows.filter((row) => kept.has(row));
+/** So many alarms are told one by one, and their ships always have a colour. */
+export const TOLD = 3;
+/** Who has a colour keeps it until another is of more note by this: no two take turns. */
+const KEEPS = 0.1;
+
+/** Ids of all ships, those first that are to have a colour: whom the alarms name, then by note. */
+export function byNote(rows: readonly Ranked[], holds: (id: string) => boolean): string[] {
+  const told = rows.filter((row) => row.alarm).slice(0, TOLD);
+  const worth = (row: Ranked): number => row.note + (holds(row.target.id) ? KEEPS : 0);
+  const others = rows.filter((row) => !told.includes(row)).sort((a, b) => worth(b) - worth(a));
+  return [...told, ...others].map((row) => row.target.id);
 }

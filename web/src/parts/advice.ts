@@ -3,6 +3,7 @@
 import { css, html, LitElement, nothing, svg } from "lit";
 import { customElement } from "lit/decorators.js";
 
+import { steered } from "../domain/steered";
 import {
   age, course, degrees, rateOfTurn, rudder, rudderWords, speed,
 } from "../domain/units";
@@ -117,6 +118,7 @@ export class Advice extends LitElement {
     if (!frame) return html`<h2>Rudder advice</h2><p class="soft">${store.liveness.text}</p>`;
     const stale = store.liveness.state === "stale";
     const decision = frame.decision ?? null;
+    const ground = !steered(frame);
     const words = decision ? rudderWords(decision.rudder_rad) : null;
     const band = stale ? null : store.band;
     return html`
@@ -133,8 +135,8 @@ export class Advice extends LitElement {
       ${bandWords(band, stale ? null : store.banded, store.settings.all.level)}
       <dl class="number">
         <div><dt>Rudder</dt><dd>${frame.own.rudder_rad == null ? "no sensor" : rudder(frame.own.rudder_rad)}</dd></div>
-        <div><dt>Heading</dt><dd>${course(frame.own.heading_rad)}</dd></div>
-        <div><dt>Speed</dt><dd>${speed(frame.own.speed_m_s)} kn</dd></div>
+        <div><dt>${ground ? "COG" : "Heading"}</dt><dd>${course(frame.own.heading_rad)}</dd></div>
+        <div><dt>${ground ? "SOG" : "Speed"}</dt><dd>${speed(frame.own.speed_m_s)} kn</dd></div>
         <div><dt>Rate of turn</dt><dd>${rateOfTurn(frame.own.rate_of_turn_rad_s)}</dd></div>
       </dl>
     `;
@@ -145,7 +147,7 @@ export class Advice extends LitElement {
     const advises = guards ? "guard advises" : "advises only";
     const who = frame.decision?.applied === false ? advises : `${guards ? "guard" : "pilot"} steers`;
     if (store.session?.mode === "replay") return guards ? "recorded, guard's" : "recorded decision";
-    const old = store.frameAge_s;
+    const old = store.heardAge_s;
     return stale && old !== null ? `${age(old)} old` : who;
   }
 }

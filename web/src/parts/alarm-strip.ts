@@ -1,19 +1,20 @@
 /**
  * A row that is always there: CPA alarms (red and flashing until acknowledged, computed by
- * the server without the AI) or that there are none, and what this page is not.
+ * the server without the AI), that there are none, or that nobody watches; and what this page is not.
  */
 
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
+import { byUrgency, TOLD } from "../domain/ranking";
 import { clock, miles, shipName } from "../domain/units";
+import { quiet } from "../domain/watched";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import { chip } from "./chip";
-import type { Alarm, Limits } from "../wire";
+import type { Alarm } from "../wire";
 
-/** Alarms told one by one where there are no more, and where there are; the list marks the others. */
-const ALL = 3;
+/** Alarms told one by one where there are more than can be told; the list marks the others. */
 const FEW = 2;
 
 @customElement("gh-alarm-strip")
@@ -39,7 +40,8 @@ export class AlarmStrip extends LitElement {
         padding: 0;
         list-style: none;
       }
-      .advisory {
+      .advisory,
+      .unwatched {
         flex: none;
         font-weight: 600;
         color: var(--gh-on-warn);
@@ -97,14 +99,13 @@ export class AlarmStrip extends LitElement {
   }
 
   override render() {
-    const alarms = [...store.alarms].sort(
-      (a, b) => Number(a.state === "acknowledged") - Number(b.state === "acknowledged") || a.tcpa_s - b.tcpa_s,
-    );
+    const alarms = [...store.alarms].sort(byUrgency);
     const open = alarms.filter((a) => a.state === "unacknowledged");
-    const told = alarms.length > ALL ? FEW : ALL;
+    const told = alarms.length > TOLD ? FEW : TOLD;
     const more = alarms.length - told;
+    const none = quiet(store.liveness, store.limits);
     return html`
-      ${alarms.length ? nothing : html`<span class="soft">${quiet(store.limits)}</span>`}
+      ${alarms.length ? nothing : html`<span class=${none.watched ? "soft" : "unwatched"}>${none.text}</span>`}
       <ul aria-label="CPA alarms">
         ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
         ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
@@ -138,9 +139,4 @@ export class AlarmStrip extends LitElement {
   private acknowledge(alarm: Alarm): void {
     store.send({ type: "acknowledge", id: alarm.id });
   }
-}
-
-function quiet(limits: Limits | null): string {
-  if (!limits) return "CPA alarm limits not known yet";
-  return `No CPA alarm (limits ${miles(limits.dcpa_m)} NM, ${Math.round(limits.tcpa_s / 60)} min)`;
 }

@@ -1,4 +1,4 @@
-/** The menu: what to sail and who steers, comparing, replaying, CPA limits, keys. */
+/** The menu: what to sail and who steers or advises, comparing, replaying, CPA limits, keys. */
 
 import { css, html, LitElement, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
@@ -182,7 +182,7 @@ export class Menu extends LitElement {
     const session = store.session;
     return html`
       <section aria-label="Pilot">
-        <h2>Who steers</h2>
+        <h2>${session?.mode === "recorded" || session?.mode === "live" ? "Who advises" : "Who steers"}</h2>
         <label>Pilot
           <select id="pilot" ?disabled=${!session || session.mode === "replay"}
             @change=${(e: Event) => store.send({ type: "pilot", name: value(e) })}>

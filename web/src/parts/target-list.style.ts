@@ -55,7 +55,7 @@ export const listStyle = css`
   td,
   tbody th {
     padding: 0 4px;
-    height: 36px;
+    height: var(--row);
     border-bottom: 1px solid var(--gh-line);
     text-align: left;
     line-height: 1.2;
@@ -89,7 +89,7 @@ export const listStyle = css`
     align-items: center;
     gap: 7px;
     width: 100%;
-    height: 35px;
+    height: calc(var(--row) - 1px);
     border: 0;
     border-radius: 0;
     background: none;

@@ -1,9 +1,10 @@
-/** The ships, the most intended first: danger, attention, intention, CPA, rule, age. */
+/** The ships, those under alarm first, then the most intended: danger, attention, intention, CPA, rule, age. */
 
 import { html, LitElement, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
-import { dangerOf, foremost, largestIntention, roundScale, type Ranked } from "../domain/ranking";
+import { PLACES } from "../domain/colours";
+import { dangerOf, largestIntention, roundScale, type Ranked } from "../domain/ranking";
 import { age, amount, clock, course, miles, relativeBearing, shipName, speed } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
@@ -11,8 +12,8 @@ import { chip, colourOf } from "./chip";
 import { listStyle } from "./target-list.style";
 import type { Encounter } from "../wire";
 
-/** Rows of the small list, and those that are in sight whatever else there is. */
-const FEW = 6;
+/** Rows of the small list (the ships that have a colour), and those in sight whatever else there is. */
+const FEW = PLACES;
 const SEEN = 4;
 /** An AIS report older than this is worth a mark [s]. */
 const OLD_S = 60;
@@ -37,7 +38,7 @@ export class TargetList extends LitElement {
     const frame = store.frame;
     const { level } = store.settings.all;
     const rows = store.rows;
-    const shown = this.everyone || level === 3 ? rows : foremost(rows, FEW);
+    const shown = this.everyone ? rows : rows.filter((row) => store.book.place(row.target.id) !== null);
     this.style.setProperty("--rows", String(Math.min(shown.length, SEEN)));
     const scale = { danger: store.dangerScale, intention: frame ? roundScale(largestIntention(frame), 0.05) : 1 };
     const critic = rows.some((r) => dangerOf(r.target) !== null);
@@ -45,7 +46,7 @@ export class TargetList extends LitElement {
     return html`
       <header>
         <h2>Ships <span class="count">${rows.length}</span></h2>
-        ${rows.length > FEW && level < 3
+        ${rows.length > FEW
           ? html`<button class="few" aria-expanded=${this.everyone} @click=${this.toggle}>
               ${this.everyone ? "Fewer" : `All ${rows.length}`}
             </button>`
@@ -53,7 +54,7 @@ export class TargetList extends LitElement {
       </header>
       <div class="scroll" tabindex="0" role="region" aria-label="List of ships">
         <table>
-          <caption class="hidden">Ships, ${rows.some((r) => r.target.intention != null) ? "the largest intention" : "the most urgent"} first</caption>
+          <caption class="hidden">Ships, those under alarm first, then ${rows.some((r) => r.target.intention != null) ? "the largest intention" : "the most urgent"}</caption>
           <thead>
             <tr>
               <th scope="col">Ship</th>

@@ -37,6 +37,9 @@ export class WhatIfPanel extends LitElement {
         padding: 0 8px;
         font-size: 12px;
       }
+      .ask .soft {
+        font-size: 12px;
+      }
       p {
         margin: 6px 0 2px;
         padding-left: 9px;

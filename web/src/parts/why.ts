@@ -40,7 +40,7 @@ export class Why extends LitElement {
       .cards {
         display: grid;
         grid-template-columns: 1fr 1fr;
-        grid-auto-rows: minmax(var(--plot), 1fr);
+        grid-auto-rows: 1fr;
         gap: 1px;
         background: var(--gh-panel);
       }
@@ -52,7 +52,7 @@ export class Why extends LitElement {
       article {
         box-shadow: 0 0 0 1px var(--gh-line);
         display: grid;
-        grid-template-rows: auto auto minmax(0, 1fr);
+        grid-template-rows: auto auto minmax(120px, 1fr);
         background: var(--gh-panel);
         padding: 7px 4px 2px 8px;
         min-width: 0;
@@ -130,15 +130,14 @@ export class Why extends LitElement {
     const cards = [this.sweep(frame, ids, look), this.movers(frame, ids, look)];
     if (level > 2)
       cards.push(
-        this.priorities(frame, look),
-        this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
         this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
+        this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
         this.ships("Danger", "0 = a ship far off", ids, look, (t) => positive(dangerOf(t)), store.dangerScale, true),
+        this.priorities(frame, look),
       );
     const shown = cards.filter((card) => card !== null);
     if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
-    const many = shown.length > 2;
-    return html`<div class="cards ${many ? "many" : ""}" style="--plot: ${many ? 108 : 140}px">
+    return html`<div class="cards ${shown.length > 2 ? "many" : ""}">
       ${shown.map((card) => this.card(card, look))}
     </div>`;
   }
@@ -220,9 +219,9 @@ export class Why extends LitElement {
     if (!ever((f) => f.decision?.alone_rad)) return null;
     const told = ids.filter((id) => everOf(id, (t) => t.shapley_rad));
     return {
-      title: "Who moves the rudder",
+      title: "Shares of rudder",
       hint: "° to starboard",
-      more: "° to starboard, adding up to it",
+      more: "who moves the rudder, in ° to starboard, adding up to it",
       overTime: true,
       spec: {
         lines: [
@@ -240,7 +239,8 @@ export class Why extends LitElement {
     if (!frame.priority) return null;
     return {
       title: "Priorities",
-      hint: "gain over midships, Eq. 22",
+      hint: "Eq. 22",
+      more: "gain over midships, Eq. 22",
       overTime: true,
       spec: {
         lines: [

@@ -2,10 +2,11 @@
 
 import { domainOutline, fromBody } from "../domain/geometry";
 import type { Ranked } from "../domain/ranking";
+import { steered } from "../domain/steered";
 import { turning } from "../domain/turning";
 import { vectorEnd, type Point } from "../domain/view";
 import type { Place, Target } from "../wire";
-import { inkOf, inside, ownMotion, type Context, type Scene } from "./scene";
+import { FONT, inkOf, inside, ownMotion, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
 /** Length of a turn flag. */
@@ -74,7 +75,7 @@ function outline(c: Context, scene: Scene, target: Target, ink: string): void {
   symbol.hull(c, at, scene.view.angle(target.course_rad), length, length / 6.5, ink);
 }
 
-/** Own ship: circles, heading line to the edge, beam line, her vector, her hull to scale. */
+/** Own ship: circles, heading line (or course line) to the edge, beam line, her vector, her hull to scale. */
 export function own(c: Context, scene: Scene): void {
   const { view, inks, frame, radius, choices } = scene;
   const at = view.toScreen(frame.own);
@@ -84,6 +85,11 @@ export function own(c: Context, scene: Scene): void {
     y: at.y - r * Math.cos(ahead + turn),
   });
   symbol.line(c, at, along(radius), inks.own, 1);
+  if (!steered(frame)) {
+    const end = along(radius - 14);
+    c.font = `11px ${FONT}`;
+    symbol.text(c, "COG", end.x, end.y, inks.own, inks.sea, "center");
+  }
   symbol.line(c, along(18, -Math.PI / 2), along(18, Math.PI / 2), inks.own, 1.2);
   if (choices.vectors === "true") {
     const m = ownMotion(frame);
