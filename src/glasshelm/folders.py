@@ -1,4 +1,4 @@
-"""The folder of a command's results, made and tried before anything is computed."""
+"""The folder that a command writes in, made and tried before anything is computed."""
 
 import tempfile
 from pathlib import Path
@@ -12,10 +12,8 @@ def writable(folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except (FileExistsError, NotADirectoryError):
-        raise InputError(
-            f"--out {folder}: there is a file of that name, a folder is needed"
-        ) from None
     except OSError as error:
-        raise InputError(f"--out {folder}: cannot write there ({error.strerror})") from None
+        a_file = isinstance(error, FileExistsError | NotADirectoryError)
+        problem = "a file has that name, a folder is needed" if a_file else error.strerror
+        raise InputError(f"{folder}: cannot write there ({problem})") from None
     return folder

@@ -88,7 +88,7 @@ def test_seeds_that_differ_in_what_they_have_are_refused_first(
 def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, asked, capsys):
     (tmp_path / "file").write_text("mine")
     assert main([command, "--pilots", "paper-sum", "--out", str(tmp_path / out)]) == 2
-    assert f"--out {tmp_path / out}" in one_line(capsys)
+    assert f"{tmp_path / out}: cannot write there" in one_line(capsys)
     assert (tmp_path / "file").read_text() == "mine"
     assert not asked
 

@@ -2,7 +2,6 @@
 
 import os
 import re
-import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,17 +19,6 @@ def default_logs() -> Path:
     """The user's data folder for logs."""
     root = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return root / "glasshelm" / "logs"
-
-
-def check_writable(folder: Path) -> None:
-    """Make the folder if it is not there. InputError unless logs can be written to it."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        problem = "it is a file" if isinstance(error, FileExistsError) else error.strerror
-        raise InputError(f"{folder}: logs cannot be written there ({problem})") from None
 
 
 def new_log(folder: Path, source: str, pilot: str) -> Path:

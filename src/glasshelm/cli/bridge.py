@@ -67,20 +67,21 @@ def run(
     from glasshelm.bridge.catalogue import Catalogue
     from glasshelm.bridge.conductor import Conductor
     from glasshelm.bridge.guard import Guard
-    from glasshelm.bridge.logs import Shelf, check_writable, default_logs
+    from glasshelm.bridge.logs import Shelf, default_logs
     from glasshelm.bridge.opening import prepared, replayed
     from glasshelm.bridge.serve import address, bind, serve
     from glasshelm.certify.declared import declared
     from glasshelm.errors import InputError
     from glasshelm.feeds.source import is_signalk, signalk_server
     from glasshelm.feeds.write_back import WriteBack
+    from glasshelm.folders import writable
 
     console = Console(stderr=True)
     guard = Guard(host, token)
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
     if replay is None or log is not None:
-        check_writable(logs)
+        writable(logs)
     if signalk_token is not None and not is_signalk(source):
         raise InputError(f"{source}: a Signal K token is for signalk://HOST[:PORT] only")
     catalogue = Catalogue(Shelf(logs), source, pilot, signalk_token)

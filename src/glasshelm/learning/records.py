@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from glasshelm.errors import InputError
+from glasshelm.folders import writable
 
 LOG = "log.jsonl"
 
@@ -18,8 +19,8 @@ class Records:
 
     def __init__(self, folder: Path, resumed_at: int | None, tensorboard: bool = True):
         self.path = folder / LOG
+        writable(folder)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
             self.path.write_text("".join(json.dumps(line) + "\n" for line in kept))
         except OSError as error:
