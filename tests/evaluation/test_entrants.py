@@ -4,7 +4,13 @@ import pytest
 from tests.untrained import untrained, write_weights
 
 from glasshelm.errors import InputError
-from glasshelm.evaluation.entrants import code_digest, digest_of, entrants, ship_of
+from glasshelm.evaluation.entrants import (
+    check_references,
+    code_digest,
+    digest_of,
+    entrants,
+    ship_of,
+)
 from glasshelm.pilots.straight import StraightPilot
 
 
@@ -39,6 +45,12 @@ def test_bad_names_are_told_in_one_line(given, says):
     with pytest.raises(InputError, match=says) as told:
         entrants(given)
     assert "\n" not in str(told.value)
+
+
+def test_a_reference_is_examined_too_or_is_another_pilot_that_exists():
+    check_references(["straight", "paper-cpa"], entrants(["straight"]))
+    with pytest.raises(InputError, match="--against: unknown pilot 'nosuch'"):
+        check_references(["straight", "nosuch"], entrants(["straight"]))
 
 
 def test_digests_tell_pilots_apart_by_what_they_are():

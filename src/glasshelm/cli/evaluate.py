@@ -46,7 +46,7 @@ def run(
 
     from rich.console import Console
 
-    from glasshelm.evaluation.entrants import entrants
+    from glasshelm.evaluation.entrants import check_references, entrants
     from glasshelm.evaluation.exam import examine
     from glasshelm.evaluation.export import write_parquet
     from glasshelm.evaluation.progress import Display
@@ -60,6 +60,7 @@ def run(
     console = Console(stderr=True)
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = entrants(pilots, ships)
+    check_references(against, chosen)
     hands = workers_named(workers, address)
     writable(out)
     with Display(console) as display:

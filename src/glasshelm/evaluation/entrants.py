@@ -66,6 +66,16 @@ def entrants(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[
     return found
 
 
+def check_references(against: Sequence[str], among: Sequence[Entrant]) -> None:
+    """InputError if a name of ``against`` is neither of these entrants' nor of any pilot."""
+    for name in against:
+        if not any(e.name == name for e in among):
+            try:
+                entrants([name])
+            except InputError as error:
+                raise InputError(f"--against: {error}") from None
+
+
 def _ships(name: str, pilots: tuple[Pilot | Seer, ...], ships: Sequence[str]) -> Sequence[str]:
     own = {ship for pilot in pilots if (ship := ship_of(pilot)) is not None}
     if len(own) > 1:
