@@ -3,7 +3,6 @@
 And what a test finds is not that of the machine: its terminal, its cache of programs.
 """
 
-import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +14,6 @@ os.environ["JAX_COMPILATION_CACHE_DIR"] = str(Path(__file__).parents[1] / ".cach
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
 os.environ["JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES"] = "0"
 
-import jax
 import pytest
 from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
@@ -36,15 +34,11 @@ settings.register_profile(
 )
 settings.load_profile("here")
 
-#: Memory maps of a process at which its programs are forgotten: Linux ends it at 65,530.
-MOST_MAPS = 25_000
-
 
 @pytest.fixture(autouse=True, scope="module")
 def _programs_forgotten() -> Iterator[None]:
     """Compiled programs of earlier modules are let go before there are too many to map."""
+    from glasshelm.programs import let_go_if_many  # not before its shapes are checked
+
     yield
-    maps = Path("/proc/self/maps")
-    if maps.exists() and len(maps.read_bytes().splitlines()) > MOST_MAPS:
-        jax.clear_caches()
-        gc.collect()
+    let_go_if_many()

@@ -58,7 +58,7 @@ def run(
             without, and needed for writing back. It is sent to that server alone.
         open_: Open the page in the browser.
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     from rich.console import Console

@@ -38,7 +38,7 @@ def run(
         parquet: Write encounters.parquet and meetings.parquet.
         figures: Draw the figures.
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     import shlex

@@ -27,7 +27,7 @@ def run(
         scenes: Scenes at most of each number of ships.
         ships: Numbers of ships in the scenes (2 to 6).
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     import shlex

@@ -40,7 +40,7 @@ def run(
         steps: Steps of 5 s (default: as long as the source lasts).
         open_: Open the report in the browser.
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     from rich.console import Console

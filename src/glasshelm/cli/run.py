@@ -38,7 +38,7 @@ def run(
         parquet: Also write the frames as a Parquet table.
         steps: Steps of 5 s (default: as long as the source lasts).
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     from rich.console import Console

@@ -43,7 +43,7 @@ def run(
         snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     import jax

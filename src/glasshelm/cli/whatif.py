@@ -38,7 +38,7 @@ def run(
         pilot: Who sails on, in the log's own ship (default: the log's pilot, if it is bundled).
         out: Folder for both logs and a figure.
     """
-    from glasshelm.cli.programs import keep_compiled
+    from glasshelm.programs import keep_compiled
 
     keep_compiled()
     from rich.console import Console

@@ -14,6 +14,7 @@ from glasshelm.faithfulness.plots import scores_figure
 from glasshelm.faithfulness.tables import report
 from glasshelm.figures.style import save
 from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.programs import let_go_if_many
 
 #: Encounters, scenes at most of each number of ships, numbers of ships.
 What = tuple[int, int, tuple[int, ...]]
@@ -40,6 +41,7 @@ def examine_all(
                 found, before = _examined(name, pilot, what, out, console)
                 examined.append(found)
                 done += 1
+                let_go_if_many()
                 kept = ", examined before" if before else ""
                 said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
                 console.print(said, markup=False)
