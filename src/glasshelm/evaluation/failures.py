@@ -9,7 +9,7 @@ beforehand: was there any way at all?
 import dataclasses
 import enum
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import equinox as eqx
 import jax
@@ -182,16 +182,26 @@ def _fails(
     progress: Callable[[str, int, int], None],
 ) -> Bool[np.ndarray, " n"]:
     """In which cases the event happens."""
-    size, found = int(np.shape(cases.steps)[0]), []
-    for first in range(0, size, CHUNK):
-        where = slice(first, min(first + CHUNK, size))
-        filled = np.resize(np.arange(size)[where], CHUNK)
-        part = _take(cases, filled)
+    found = []
+    for where, part in _batches(name, cases, progress):
         steps = int(np.asarray(part.steps).max())
         measures = sail(steersman(part, where), jax.tree.map(jnp.asarray, part), steps)
-        found.append(_happened(measures, part, event)[: where.stop - first])
-        progress(name, where.stop, size)
+        found.append(_happened(measures, part, event)[: where.stop - where.start])
     return np.concatenate(found)
+
+
+def _batches(
+    name: str, cases: Case, progress: Callable[[str, int, int], None]
+) -> Iterator[tuple[slice, Case]]:
+    """Where they lie among the cases, and ``CHUNK`` of them: the last filled up with its own.
+
+    ``progress`` is told when each is done with.
+    """
+    size = int(np.shape(cases.steps)[0])
+    for first in range(0, size, CHUNK):
+        where = slice(first, min(first + CHUNK, size))
+        yield where, _take(cases, np.resize(np.arange(size)[where], CHUNK))
+        progress(name, where.stop, size)
 
 
 def _happened(measures: Measures, cases: Case, event: Event) -> Bool[np.ndarray, " n"]:
@@ -227,23 +237,20 @@ def _met(
     Which voyages fail and how is found by one program: another one rounds otherwise, and a voyage
     between two ways out may then go the other way.
     """
-    size, parts = int(np.shape(cases.steps)[0]), []
+    parts = []
     shape = CHUNK, np.asarray(cases.encounter.present).shape[1]
     start = _Ships(jnp.full(shape, -1), jnp.full(shape, -jnp.inf), jnp.full(shape, jnp.inf))
-    for first in range(0, size, CHUNK):
-        part = jax.tree.map(
-            jnp.asarray, _take(cases, np.resize(np.arange(size)[first : first + CHUNK], CHUNK))
-        )
+    for where, batch in _batches("the voyages", cases, progress):
+        part = jax.tree.map(jnp.asarray, batch)
         steps = jnp.asarray(part.steps).max()
         _, seen = watched(Together(pilot), part, steps, _LOOKS[event], start)
         since, worst, nearest_m = map(np.asarray, (seen.since, seen.worst, seen.nearest_m))
         worth = worst if event is Event.INTRUSION else -nearest_m
         slot = np.where(since >= 0, worth, -np.inf).argmax(-1)
         began = np.take_along_axis(since, slot[:, None], -1)[:, 0]
-        failed = np.flatnonzero(began[: min(CHUNK, size - first)] >= 0)
+        failed = np.flatnonzero(began[: where.stop - where.start] >= 0)
         found = (slot, began * SETTINGS.step_s, worst.max(-1), nearest_m.min(-1))
-        parts.append([failed + first, *(x[failed] for x in found)])
-        progress("the voyages", min(first + CHUNK, size), size)
+        parts.append([failed + where.start, *(x[failed] for x in found)])
     return _Met(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 

@@ -121,7 +121,7 @@ class Begun:
 
     def __init__(self, title: str, counts: Counts | None = None):
         self.title = title
-        self.counts = counts or Counts("sentences")
+        self.counts = counts or Counts()
         self.connected = False
         self.trouble: str | None = None
 
