@@ -1,11 +1,19 @@
-"""Which ship is sailed where only the pilot is named: the one that he was made for."""
+"""Who sails which ship where only one of the two is named, or neither."""
 
 from glasshelm.errors import InputError
 from glasshelm.evaluation.entrants import ship_of
+from glasshelm.pilots.catalogue import default_pilot, pilot_named
 from glasshelm.pilots.types import Pilot
+from glasshelm.ships import ShipParams, ship_named
 
 #: The ship where neither a pilot with a ship of his own nor a ship is named.
 SHIP = "paper"
+
+
+def manned(pilot: str | None, ship: str | None) -> tuple[Pilot, ShipParams]:
+    """The pilot and the ship of these names; by default the ship's pilot, the pilot's ship."""
+    helm = pilot_named(default_pilot(ship or SHIP) if pilot is None else pilot)
+    return helm, ship_named(ship_for(helm, ship))
 
 
 def ship_for(pilot: Pilot, ship: str | None) -> str:

@@ -66,13 +66,11 @@ def run(
     else:
         from glasshelm.encounters.source import scenario_from
         from glasshelm.logbook import Logbook
-        from glasshelm.manning import SHIP, ship_for
-        from glasshelm.pilots.catalogue import default_pilot, pilot_named
-        from glasshelm.ships import ship_named
+        from glasshelm.manning import manned
         from glasshelm.voyage import sail, steps_of
 
-        helm = pilot_named(default_pilot(ship or SHIP) if pilot is None else pilot)
-        scenario = scenario_from(source, ship_named(ship_for(helm, ship)), own, at)
+        helm, params = manned(pilot, ship)
+        scenario = scenario_from(source, params, own, at)
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
         console.print(title, markup=False)
         count = steps_of(scenario, steps)

@@ -48,18 +48,16 @@ def run(
     from glasshelm.certify.logged import with_bands
     from glasshelm.encounters.source import scenario_from
     from glasshelm.logbook import Logbook, read
-    from glasshelm.manning import SHIP, ship_for
+    from glasshelm.manning import manned
     from glasshelm.parquet import check_parquet, to_parquet
-    from glasshelm.pilots.catalogue import default_pilot, pilot_named
-    from glasshelm.ships import ship_named
     from glasshelm.summary import Summary
     from glasshelm.voyage import sail, steps_of
 
     if parquet is not None:
         check_parquet()
     console = Console(stderr=True)
-    helm = pilot_named(default_pilot(ship or SHIP) if pilot is None else pilot)
-    scenario = scenario_from(source, ship_named(ship_for(helm, ship)), own, at)
+    helm, params = manned(pilot, ship)
+    scenario = scenario_from(source, params, own, at)
     count = steps_of(scenario, steps)
     frames = sail(scenario, helm, count, advise)
     if errors is not None:
