@@ -26,8 +26,8 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
-from glasshelm.encounters.ais_csv import read_csv
-from glasshelm.encounters.ais_table import OWN_SENSORS, Reports
+from glasshelm.ais.csv_file import read_csv
+from glasshelm.ais.table import OWN_SENSORS, Reports
 from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
 from glasshelm.feeds.nmea import LONGEST_LINE, NmeaReader
 from glasshelm.feeds.own_sentences import checksum_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.evaluation.cases import HEAD_ON, SHIP, SPEED, encounter
 
-from glasshelm.encounters.ais_table import Reports
+from glasshelm.ais.table import Reports
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
 from glasshelm.evaluation.suites.catalogue import suites_named

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.feeds_fuzz import recording
 from tests.feeds.reports import SHIP, T0, at, own, ship, taken, targets
 
-from glasshelm.encounters.ais_table import OWN_SENSORS
+from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.feeds import picture as picture_module
 from glasshelm.feeds.picture import FORGOTTEN_S, SHOWN_M, SLOTS, Picture

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from glasshelm.encounters.ais_table import OWN_SENSORS, Particulars, Reports
+from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
 from glasshelm.ships import NAUTICAL_MILE_M
 
 #: Ships this near at the same minute have met.

@@ -8,12 +8,12 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.encounters.ais_clean import clean
-from glasshelm.encounters.ais_csv import read_csv
-from glasshelm.encounters.ais_nmea import read_nmea
-from glasshelm.encounters.ais_table import OWN_SENSORS, Particulars, Recording, Reports
+from glasshelm.ais.cleaning import clean
+from glasshelm.ais.csv_file import read_csv
+from glasshelm.ais.mmsi import called
+from glasshelm.ais.nmea_file import read_nmea
+from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
 from glasshelm.encounters.candidates import UNDER_WAY_KN, candidates
-from glasshelm.encounters.mmsi import called
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.random import WIDE
 from glasshelm.encounters.tracks import Row, single_track, stack_rows

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from glasshelm.encounters.ais_clean import FASTEST_KN, no_ship
+from glasshelm.ais.cleaning import FASTEST_KN, no_ship
 from glasshelm.feeds.types import Refusal
 from glasshelm.ships import KNOT_M_S
 

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from glasshelm.encounters.ais_clean import no_ship
+from glasshelm.ais.cleaning import no_ship
 from glasshelm.feeds.types import Counts, Refusal, Report
 
 #: The longest message [bytes or characters].

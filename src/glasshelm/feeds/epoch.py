@@ -1,6 +1,6 @@
 """The time of the traffic: moves on with the reports, and is not moved by a single wrong one."""
 
-from glasshelm.encounters.ais_clean import AGREEING
+from glasshelm.ais.cleaning import AGREEING
 
 #: A report so much ahead of all others [s] waits until others agree.
 AHEAD_S = 600.0

@@ -2,7 +2,7 @@
 
 import math
 
-from glasshelm.encounters.ais_clean import FASTEST_KN
+from glasshelm.ais.cleaning import FASTEST_KN
 from glasshelm.feeds.types import Report
 from glasshelm.ships import KNOT_M_S
 

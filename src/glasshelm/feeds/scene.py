@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.encounters.mmsi import called
+from glasshelm.ais.mmsi import called
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.tracks import Row, single_track
 from glasshelm.encounters.types import TargetInfo, Track

@@ -1,6 +1,6 @@
 """What is known of one ship: her latest believable report, and whether the next one is.
 
-The limits are those by which recorded traffic is cleaned (``encounters/ais_clean``), held
+The limits are those by which recorded traffic is cleaned (``ais/cleaning``), held
 against one report at a time as it comes.
 """
 
@@ -8,7 +8,7 @@ import dataclasses
 import math
 from collections import deque
 
-from glasshelm.encounters.ais_clean import (
+from glasshelm.ais.cleaning import (
     AGREEING,
     BASELINE_S,
     FASTEST_KN,

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from glasshelm.encounters.ais_table import OWN_SENSORS, Reports
+from glasshelm.ais.table import OWN_SENSORS, Reports
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.recorded import (
     LOST_AFTER_S,

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyproj import Geod
 
-from glasshelm.encounters.ais_clean import clean
-from glasshelm.encounters.ais_table import Reports
+from glasshelm.ais.cleaning import clean
+from glasshelm.ais.table import Reports
 
 GEOD = Geod(ellps="WGS84")
 SHIP = 211_000_001

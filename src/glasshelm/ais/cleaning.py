@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from glasshelm.encounters.ais_table import Reports, counted
+from glasshelm.ais.table import Reports, counted
 from glasshelm.ships import KNOT_M_S
 
 #: A ship is not faster than this [kn] ...

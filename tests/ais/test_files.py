@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pyais.encode import encode_dict
 
-from glasshelm.encounters.ais_csv import read_csv
-from glasshelm.encounters.ais_nmea import read_nmea
-from glasshelm.encounters.ais_table import OWN_SENSORS
+from glasshelm.ais.csv_file import read_csv
+from glasshelm.ais.nmea_file import read_nmea
+from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.errors import InputError
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import pyais
 from pyais.exceptions import AISBaseException
 
-from glasshelm.encounters.ais_csv import read_text
-from glasshelm.encounters.ais_table import Particulars, Recording, Reports, counted
+from glasshelm.ais.csv_file import read_text
+from glasshelm.ais.table import Particulars, Recording, Reports, counted
 from glasshelm.errors import InputError
 
 _LINE = re.compile(r"^(?:\\(?P<tag>[^\\]*)\\)?(?P<sentence>[!$][A-Z]{2}VD[MO],.*)$")

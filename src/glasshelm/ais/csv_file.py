@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from glasshelm.encounters.ais_table import OWN_SENSORS, Particulars, Recording, Reports, counted
+from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports, counted
 from glasshelm.errors import InputError
 
 #: What each column may be called.

@@ -1,0 +1,1 @@
+"""AIS as data: what its numbers may be, tables of reports, and the files that hold them."""
