@@ -60,3 +60,8 @@ def test_digests_tell_pilots_apart_by_what_they_are():
     assert digest_of(StraightPilot()) == digest_of(StraightPilot())
     assert ship_of(StraightPilot()) is None
     assert len(code_digest()) == 64
+
+
+def test_a_room_that_is_not_there_is_told():
+    with pytest.raises(FileNotFoundError, match="no_such_room"):
+        code_digest(("geometry.py", "no_such_room"))

@@ -21,7 +21,7 @@ from glasshelm.ships import SHIPS, ShipParams, ship_named
 
 #: The rooms whose code decides what a voyage comes to.
 VOYAGE = (
-    "encounters", "evaluation", "explain/slots.py", "geometry.py", "learning/reversals.py",
+    "ais", "encounters", "evaluation", "explain/slots.py", "geometry.py", "learning/reversals.py",
     "networks", "pilots", "planning", "ships.py", "trig.py", "world",
 )  # fmt: skip
 
@@ -107,11 +107,17 @@ def digest_of(pilot: Pilot | Seer) -> str:
 
 @functools.cache
 def code_digest(rooms: tuple[str, ...] = VOYAGE) -> str:
-    """SHA-256 of the code that decides a result, and of what it is computed with."""
+    """SHA-256 of the code that decides a result, and of what it is computed with.
+
+    Raises:
+        FileNotFoundError: a room that is not there would weaken the key in silence.
+    """
     root = Path(glasshelm.__file__).parent
     told = hashlib.sha256()
     for room in rooms:
         path = root / room
+        if not path.exists():
+            raise FileNotFoundError(f"{path}: named as code that decides a result, and not there")
         for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
             told.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
     for package in ("jax", "jaxlib"):
