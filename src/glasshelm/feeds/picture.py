@@ -171,6 +171,8 @@ class Picture:
         return f"own ship and {ships} other {'ship' if ships == 1 else 'ships'}"
 
     def _take(self, r: Report) -> Refusal | None:
+        if r.formerly is not None and self._fleet.rename(r.formerly, r.id):
+            self._slots.rename(r.formerly, r.id)
         if not possible(r):
             return Refusal.IMPOSSIBLE
         time_s = _seconds(r.time)
@@ -188,8 +190,6 @@ class Picture:
         else:
             # A time of identity alone may be any (that of the server's start): it moves nothing.
             time_s = min(time_s, before_s or time_s)
-        if r.formerly is not None and self._fleet.rename(r.formerly, r.id):
-            self._slots.rename(r.formerly, r.id)
         vessel = self._own if r.own else self._fleet.of(r)
         if vessel is None:
             vessel = self._fleet.add(r, self._own.fix)
