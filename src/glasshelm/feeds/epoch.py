@@ -21,6 +21,9 @@ BEHIND_S = 240.0
 BACK_S = 60.0
 #: A witness is silent if others' time went on for so long [s] since it spoke.
 SILENT_S = 180.0
+#: Newcomers alone change the time when they have told theirs for so long [s], or for as
+#: long as the believed one was told.
+LASTING_S = 60.0
 #: Witnesses heard within so long [s] have a voice.
 RECENT_S = 600.0
 #: Times that are told beside each other, and witnesses of one, at most.
@@ -37,6 +40,7 @@ class _Line:
 
     def __init__(self, time_s: float):
         self.latest_s = -math.inf
+        self.begun_s = time_s
         self.instants = 0
         self.order = 0
         #: The latest claim of each witness [s] and its place in the order of all claims.
@@ -63,6 +67,11 @@ class _Line:
     def now_s(self) -> float:
         """The latest claim, and what has passed since."""
         return self.latest_s + time.monotonic() - self._at_s
+
+    @property
+    def lasted_s(self) -> float:
+        """For how long this time has been told."""
+        return self.latest_s - self.begun_s
 
     def takes(self, witness: str, time_s: float) -> bool:
         """Whether a claim is of this time; a witness that goes on in its own time always is."""
@@ -96,8 +105,9 @@ class TrafficTime:
     Claims that agree form a line; each witness stands in the one that it spoke for last.
     One line is believed. Another takes its place when it has more witnesses
     than the believed one has left, those that fell silent not counted; this machine's own clock
-    is one more witness beside others for a time within ten minutes of it, and never needed. So a
-    burst of one ship moves nothing while others are known, a real gap or a recording that begins
+    is one more witness beside others for a time within ten minutes of it, and never needed.
+    Witnesses that were never heard of the believed time must speak for a while. So a
+    burst of a few moves nothing while others are known, a real gap or a recording that begins
     anew is followed as soon as most ships have, and no verdict is for ever.
     """
 
@@ -207,7 +217,11 @@ class TrafficTime:
             return False
         votes = line.voices(0, MOST_WITNESSES) + line.wall()
         left = believed.voices(line.silent_before(), votes)
-        return votes > (left + believed.wall() if left else 0)
+        left += believed.wall() if left else 0
+        if votes <= left:
+            return False
+        over = sum(1 for witness in line.witnesses if witness in self._last)
+        return over > left or line.lasted_s >= min(believed.lasted_s, LASTING_S)
 
     def _note_last(self, witness: str, time_s: float) -> None:
         """Remember the latest claim of a witness of the believed time, also if it goes over."""
