@@ -8,6 +8,7 @@ import socket
 
 import pytest
 from benchmarks.feeds_fuzz import nmea, recording
+from pyais.messages import TagBlock
 from tests.bridge.process import free_port
 from tests.clock import now_s, run
 from tests.feeds.live import pictured, shown, until
@@ -231,6 +232,44 @@ def test_a_file_is_played_at_its_times_and_the_pace_may_change(tmp_path, traffic
     assert slow[-1][1] == pytest.approx((max(time_s for time_s, _ in slow) - first_s) / 20)
     assert 0.9 < ended_s < 1.1  # 20 s at twenty times the pace, then 80 s without waiting
     assert last_s - first_s > 90
+
+
+def played(path, lines, pace=1.0):
+    """The times of a file's reports and when they came, each [s] from the first."""
+    path.write_bytes(b"\n".join(lines))
+
+    async def play():
+        feed = FileFeed(path, pace=pace)
+        return [(report.time.timestamp(), now_s()) async for report in feed.reports()]
+
+    found = run(play())
+    return [(time_s - found[0][0], at_s - found[0][1]) for time_s, at_s in found]
+
+
+def moved(line, seconds):
+    """A line with a tag block, so many seconds later."""
+    _, tag, sentence = line.split(b"\\", 2)
+    time_s = next(
+        int(part[2:12]) for part in tag.partition(b"*")[0].split(b",") if part[:2] == b"c:"
+    )
+    return b"\\" + TagBlock.create(receiver_timestamp=str(time_s + seconds)) + b"\\" + sentence
+
+
+def test_a_gap_in_a_file_is_passed_over(tmp_path, traffic):
+    hour = [line for line in traffic if b"c:14081292" in line]
+    times = played(tmp_path / "gap.nmea", hour + [moved(line, 3 * 3600) for line in hour])
+    assert times[-1][0] > 3 * 3600
+    assert times[-1][1] < 250  # twice the hundred seconds of traffic
+
+
+def test_a_file_waits_for_no_single_wrong_clock(tmp_path, traffic):
+    lines = [line for line in traffic if b"c:14081292" in line]
+    ais = next(k for k, line in enumerate(lines) if b"AIVDM,1," in line and k > 100)
+    for off in (500, 43200):
+        wrong = [moved(lines[ais], off)] * 3
+        times = played(tmp_path / "wrong.nmea", lines[:ais] + wrong + lines[ais:])
+        assert times[-1][1] == pytest.approx(times[-1][0], abs=2.0)
+        assert max(at_s - time_s for time_s, at_s in times) < 2.0
 
 
 def test_a_damaged_file_is_told_in_one_line(tmp_path, traffic):

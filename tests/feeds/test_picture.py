@@ -125,6 +125,35 @@ def test_memory_is_bounded_with_any_number_of_ships(monkeypatch):
     assert nearest <= set(targets(picture))
 
 
+def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    picture = taken(own(), *(ship(n, 0, 500.0 + 10.0 * n) for n in range(1, 51)))
+    refused = [picture.take(ship(n, 1, 3000.0 + n)) for n in range(100, 1000)]
+    assert refused.count(Refusal.FAR) > 700
+    assert {str(n) for n in range(1, 51)} <= set(targets(picture, 1))
+    assert picture.take(ship(2000, 1, 600.0)) is None  # a near one always has room
+    assert "2000" in targets(picture, 1)
+    notes = picture.scenario(at(1), SHIP).notes
+    assert any(note.startswith("more ships are heard than are kept") for note in notes)
+    # Who tells no place is not kept while there are too many, and the notes go as they go.
+    assert picture.take(Report(id="3000", time=at(1), name="X")) is Refusal.FAR
+    for seconds in range(100, 1100, 100):
+        picture.take(own(seconds, 5.0 * seconds))
+    picture.scenario(at(1000), SHIP)
+    assert picture.take(ship(4000, 1001, 80_000.0)) is None
+    assert not any("more ships" in note for note in picture.scenario(at(1001), SHIP).notes)
+
+
+def test_where_own_ship_is_not_known_the_ships_heard_last_are_kept(monkeypatch):
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    picture = Picture()
+    for n in range(1, 1000):
+        picture.take(ship(n, n / 10, 10.0 * n))
+    assert len(picture) <= 110
+    assert "999" in picture._fleet.ships
+    assert "1" not in picture._fleet.ships
+
+
 def test_ships_out_of_sight_are_known_and_not_shown():
     picture = taken(own(), ship(1, 0, SHOWN_M + 2000), ship(2))
     assert set(targets(picture)) == {"2"}

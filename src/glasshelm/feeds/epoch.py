@@ -28,7 +28,7 @@ LASTING_S = 60.0
 RECENT_S = 600.0
 #: Times that are told beside each other, and witnesses of one, at most.
 MOST_LINES = 16
-MOST_WITNESSES = 1000
+MOST_WITNESSES = 300
 #: Witnesses with wrong clocks that are remembered to be named, and named, at most.
 MOST_WRONG = 64
 MOST_NAMED = 3

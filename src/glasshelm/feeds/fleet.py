@@ -52,8 +52,6 @@ class Fleet:
         """A ship not known before; None if there are too many nearer ones."""
         if len(self.ships) >= MOST_SHIPS + MOST_SHIPS // 10:
             self._keep_nearest(own)
-        elif len(self.ships) < MOST_SHIPS:
-            self._reach_m = math.inf
         far = _away_m(own, r.latitude_deg, r.longitude_deg) >= self._reach_m
         if far and self._reach_m < math.inf:
             return None
@@ -95,6 +93,8 @@ class Fleet:
                 old.append(vessel.id)
         for number in old:
             del self.ships[number]
+        if len(self.ships) < MOST_SHIPS:
+            self._reach_m = math.inf
 
     def nearest(
         self, own: Fix, within_m: float, now_s: float, lost_after_s: float
