@@ -7,7 +7,9 @@ from benchmarks.feeds_fuzz import sentence
 from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
-from glasshelm.feeds.nmea import LONGEST_LINE, MOST_WAITING, NmeaReader
+from glasshelm.feeds.framing import LONGEST_LINE
+from glasshelm.feeds.nmea import NmeaReader
+from glasshelm.feeds.parts import MOST_WAITING
 from glasshelm.feeds.types import Counts, Refusal
 from glasshelm.ships import KNOT_M_S
 
