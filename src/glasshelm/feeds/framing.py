@@ -38,7 +38,10 @@ class Group(NamedTuple):
 
 
 class Framed(NamedTuple):
-    """A sentence with a right checksum; when and by which station it was heard, if that is told."""
+    """A sentence with a right checksum; when and by which station it was heard, if that is told.
+
+    A station is named ``station:NAME``: it is a witness of the time, as ships are by their numbers.
+    """
 
     sentence: bytes
     time: datetime | None = None
@@ -98,7 +101,7 @@ def _tag_blocks(line: bytes) -> Framed | Refusal:
             time = _time_of(block.receiver_timestamp)
             if time is None:
                 return Refusal.IMPOSSIBLE_TIME
-        station = block.source_station or station
+        station = f"station:{block.source_station}" if block.source_station else station
         if block.group is not None:
             g = block.group
             group = Group(g.sentence_num, g.sentence_tot, str(g.group_id))
@@ -112,7 +115,7 @@ def _written(text: bytes) -> tuple[datetime | None, str | None]:
         for part in _BETWEEN.split(text.decode("latin-1")):
             word = part.strip()
             time = time or _time_of(word)
-            station = station or (word if _STATION.fullmatch(word) else None)
+            station = station or (f"station:{word}" if _STATION.fullmatch(word) else None)
     return time, station
 
 
