@@ -119,6 +119,10 @@ def test_the_contexts_that_are_remembered_are_bounded(monkeypatch):
     for k in range(100):
         reader.message(json.dumps(delta({"mmsi": 257000000 + k}, f"vessels.urn:x{k}")))
     assert len(reader._learnt) == 10
+    long = "x" * 500_000
+    assert read(delta(HERE, f"vessels.{long}")) == ([], {Refusal.UNDECODABLE: 1})
+    (report,), _ = read(delta({"name": long}))
+    assert len(report.name) <= 64
 
 
 @pytest.mark.parametrize(

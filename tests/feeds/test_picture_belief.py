@@ -93,7 +93,7 @@ def test_who_has_another_clock_is_named_and_takes_nobody_along():
     assert picture.heard == at(290)
     assert set(targets(picture, 290)) == {"1"}
     assert [n for n in scenario.notes if "not believed" in n] == [
-        "a clock that most others contradict is not believed: MMSI 257063770 (8,101.9 days ahead)"
+        "a clock that most others contradict is not believed: MMSI 257063770 (8,102 days ahead)"
     ]
 
 

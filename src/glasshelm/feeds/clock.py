@@ -25,7 +25,7 @@ class StreamClock:
         if counts is not None:
             counts.remark = self._time.wrong
 
-    def tell(self, told: datetime, witness: str = "stream") -> datetime | None:
+    def tell(self, told: datetime, witness: str) -> datetime | None:
         """Hear the time of a report, told by a ship or ``station:NAME``; None: not believed now."""
         return told if self._time.tell((told - _EPOCH).total_seconds(), witness) else None
 

@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from glasshelm.feeds.vessel import LONGEST_NAME
+
 #: Nested objects are looked into so deep: the longest path that is used has four parts.
 _DEEPEST = 5
 
@@ -122,7 +124,7 @@ def _kind(value: Any) -> Fields:
 
 
 def _name(value: Any) -> Fields:
-    return {"name": (value.strip() or None) if isinstance(value, str) else None}
+    return {"name": (value.strip()[:LONGEST_NAME] or None) if isinstance(value, str) else None}
 
 
 def _mmsi(value: Any) -> Fields:

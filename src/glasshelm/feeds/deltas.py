@@ -14,6 +14,8 @@ from glasshelm.feeds.types import Counts, Refusal, Report
 
 #: The longest message [bytes or characters].
 LONGEST_MESSAGE = 1 << 20
+#: The longest context: a ship's URN has some 60 characters.
+LONGEST_CONTEXT = 128
 #: Ships whose MMSI was told beside their context, at most; the one learnt first is forgotten.
 MOST_LEARNT = 10_000
 
@@ -86,6 +88,8 @@ class DeltaReader:
             context = self._self
         if not context.startswith(_VESSELS):
             return Refusal.NO_SHIP
+        if len(context) > LONGEST_CONTEXT:
+            return Refusal.UNDECODABLE
         reports: list[Report] = []
         refused: list[Refusal] = []
         for update in message.updates:

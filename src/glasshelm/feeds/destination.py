@@ -41,8 +41,7 @@ class Destination:
     def end(self) -> None:
         """The route has ended: the waypoint is ahead from now on."""
         if self.told:
-            self._place, self.told = None, False
-        self.ended = True
+            self._place, self.told, self.ended = None, False, True
 
     def waypoint(
         self, plane: Plane, east_m: float, north_m: float, course_rad: float, now_s: float

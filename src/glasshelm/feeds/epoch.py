@@ -252,5 +252,6 @@ def span(seconds: float) -> str:
     seconds = abs(seconds)
     for unit_s, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
         if seconds >= (2 * unit_s if unit == "days" else unit_s):
-            return f"{round(seconds / unit_s, 1):,.12g} {unit}"
+            many = seconds / unit_s
+            return f"{many:,.0f} {unit}" if many >= 100 else f"{round(many, 1):g} {unit}"
     return f"{seconds:.0f} s"

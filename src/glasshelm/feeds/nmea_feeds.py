@@ -21,6 +21,8 @@ SILENT_S = 120.0
 CONNECT_S = 10.0
 #: Datagrams that may wait to be read.
 MOST_DATAGRAMS = 4096
+#: ... and how many bytes they may have together.
+MOST_BYTES = 1 << 24
 #: So much is read in one turn of the event loop [bytes]: some 150 lines, and others' turn.
 _PIECE = 8192
 _SILENT = "nothing comes"
@@ -85,7 +87,7 @@ class UdpFeed(Begun):
         """The reports as they come. InputError if the port cannot be listened on."""
         datagrams: asyncio.Queue[bytes] = asyncio.Queue(MOST_DATAGRAMS)
         try:
-            transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+            transport, listener = await asyncio.get_running_loop().create_datagram_endpoint(
                 lambda: _Listener(datagrams, self.counts), local_addr=self._address
             )
         except OSError as error:
@@ -95,7 +97,9 @@ class UdpFeed(Begun):
         self.connected = True
         try:
             while True:
-                for report in reader.read(_lines_of(await datagrams.get())):
+                datagram = await datagrams.get()
+                listener.bytes -= len(datagram)
+                for report in reader.read(_lines_of(datagram)):
                     yield report
                 await asyncio.sleep(0)
         finally:
@@ -107,11 +111,14 @@ class UdpFeed(Begun):
 class _Listener(asyncio.DatagramProtocol):
     def __init__(self, datagrams: asyncio.Queue[bytes], counts: Counts):
         self._datagrams, self._counts = datagrams, counts
+        #: How many bytes wait.
+        self.bytes = 0
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
-        try:
+        if not self._datagrams.full() and self.bytes + len(data) <= MOST_BYTES:
+            self.bytes += len(data)
             self._datagrams.put_nowait(data)
-        except asyncio.QueueFull:
+        else:
             lost = sum(1 for _ in _lines_of(data))
             self._counts.heard += lost
             self._counts.refuse(Refusal.OVERRUN, lost)
