@@ -155,6 +155,8 @@ class HttpConnection(H11Protocol):
         self._expect_answer(before)
 
     def send_400_response(self, msg: str) -> None:
+        if self.cycle is not None:
+            self.cycle.disconnected = True  # a request whose body is none is not answered twice
         try:
             super().send_400_response(msg)
         except h11.LocalProtocolError:  # another answer has begun
