@@ -12,7 +12,7 @@ import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,6 +20,7 @@ from glasshelm import __version__
 from glasshelm.bridge import messages as m
 from glasshelm.bridge.bands import Bands
 from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.faults import Faults, supervised
 from glasshelm.bridge.opening import opened
 from glasshelm.bridge.outbox import Outbox
 from glasshelm.bridge.preparing import Preparing
@@ -41,11 +42,14 @@ MOST_VIEWERS = 100
 MOST_QUESTIONS = 8
 #: What is done as soon as it is asked, whatever waits before it, once there is a session.
 _AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
+_LOOK, _FEED = "the session", "the feed"
+_WRITING, _CERTIFYING = "writing back what is advised", "certifying the rudder"
+_AGAIN, _PAUSED = "it looks again in a moment", "it is paused; play tries it again"
 _log = logging.getLogger("glasshelm.bridge")
 
 
 class Conductor:
-    """Plays a session to its viewers.
+    """Plays a session to its viewers. Nothing that fails ends it: ``troubles`` tells what does.
 
     ``asked`` counts all messages of viewers, ``refused`` those of them that were
     none, ``failed`` those that asked for what cannot be done; ``dropped`` the
@@ -67,6 +71,7 @@ class Conductor:
         self.asked = self.refused = self.failed = 0
         self.dropped = 0
         self._stage: Stage | None = None
+        self._listed = m.Catalogue([], [], [])
         self._limits = m.Limits()
         self._playing, self._rate = False, 1.0
         #: Held by who uses the session shown, and by who puts another in its place.
@@ -78,6 +83,8 @@ class Conductor:
         self._questions: set[asyncio.Task[None]] = set()
         self._requests: set[asyncio.Task[None]] = set()
         self._turns: dict[Outbox, Turns] = {}
+        #: What fails of the look, of writing back, and of the tasks that run for ever.
+        self.faults = Faults()
         self.preparing = Preparing(self._tell)
         self.bands = Bands(errors, catalogue.pilot, self._tell)
 
@@ -86,14 +93,23 @@ class Conductor:
         """How much of what the live session heard became of use."""
         return None if self._stage is None else self._stage.session.counted
 
+    @property
+    def troubles(self) -> list[str]:
+        """What goes wrong now, one line each."""
+        stage = self._stage
+        there = [] if stage is None else [*self._trouble_of_writing(stage), *stage.troubles]
+        return list(dict.fromkeys((*self.faults.told, *there)))
+
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
         self._turns[viewer] = Turns(self._requests)
+        await self._look_up()  # reads the folder of logs: nobody waits for that
         async with self._lock:
-            hello, there = await self._hello(), []
+            hello, there = self._hello(), []
             if self._stage is not None:
-                now = "session", self._session_now(self._stage)
-                there = [now, *await self._work(self._stage.present), *self.bands.told]
+                with self.faults.contained("telling what was shown"):
+                    now = "session", self._session_now(self._stage)
+                    there = [now, *await self._work(self._stage.present), *self.bands.told]
             # Nothing is awaited from here on: she misses nothing of what all are told.
             for kind, message in [hello, *self.preparing.told, *there]:
                 viewer.put(kind, message)
@@ -185,6 +201,33 @@ class Conductor:
             async with self._lock:
                 await self._advance()
 
+    async def run(self) -> None:
+        """All that runs as long as the server does; what fails of it is begun again.
+
+        When it is cancelled, what was written back is withdrawn first.
+        """
+        running = {
+            "keeping time": self.keep_time,
+            "computing bands": self.bands.run,
+        }
+        if self.writer is not None:
+            running["writing back"] = self.writer.run
+        tasks = [
+            asyncio.create_task(supervised(part, run, self.faults)) for part, run in running.items()
+        ]
+        try:
+            await asyncio.gather(*tasks)
+        finally:
+            await self.withdraw()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def withdraw(self) -> None:
+        """Take back for good what was written to Signal K: the server is about to end."""
+        if self.writer is not None:
+            await self.writer.end()
+
     def close(self) -> None:
         """Close the log; called when no more is asked. What is still compiled is not waited for."""
         for task in (self._listening, *self._requests, *self._questions):
@@ -219,7 +262,7 @@ class Conductor:
             case m.Limits():
                 self._limits = asked
                 told = await self._work(lambda: stage.limit(asked))
-                self._tell([await self._hello(), *told])
+                self._tell([self._hello(), *told])
 
     async def _ask(self, asked: m.WhatIf, viewer: Outbox | None) -> None:
         """Take up a question; the voyage goes on, and the viewer goes on asking, meanwhile."""
@@ -266,43 +309,57 @@ class Conductor:
         """Prepare a session, and put it in place of the one shown."""
         limits = self._limits
 
-        def begin() -> Stage:
+        def begin() -> tuple[Stage, Exception | None]:
             stage = Stage(open_session(), limits)
             try:
                 stage.forward()
-            except BaseException:
+            except Exception as error:
+                if stage.session.card.mode == "live":
+                    return stage, error
                 stage.close()
                 raise
-            return stage
+            return stage, None
 
         def present() -> list[Told]:
             stage.limit(self._limits)  # perhaps others by now
             return stage.present()
 
-        stage = await self.preparing.done(begin)
+        stage, failed = await self.preparing.done(begin)
+        await self._look_up()  # there is one log more
         async with self._lock:
+            told = await self._work(present)
+            # Nothing is awaited while one takes the other's place.
             if self._listening is not None:
                 self._listening.cancel()
+            self.faults.heals(_FEED)
+            self.faults.heals(_LOOK)
+            if failed is not None:
+                self.faults.fails(_LOOK, failed, _AGAIN)
             old, self._stage = self._stage, stage
-            if old is not None:
-                await self._work(old.close)
-            told = await self._work(present)
-            self._listening = asyncio.create_task(self._listen(stage.session))
-            self._write_back(stage)
             self._playing, self._rate = True, 1.0
-            # Again, as there is one log more.
-            self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
-            self._certify()
+            self._listening = asyncio.create_task(self._listen(stage.session))
+            with self.faults.contained(_WRITING):
+                self._write_back(stage)
+            self._tell([self._hello(), ("session", self._session_now(stage)), *told])
+            with self.faults.contained(_CERTIFYING):
+                self._certify()
+            if old is not None:
+                with self.faults.contained("closing the session before"):
+                    await self._work(old.close)
 
     async def _listen(self, session: Session) -> None:
+        """Hear what its source says; only a file comes to an end."""
+
+        def told(why: str) -> None:
+            self._tell([_notice(why)])
+
+        if session.endless:
+            await supervised(_FEED, session.listen, self.faults, told)
+            return
         try:
             await session.listen()
-        except InputError as error:
-            _log.warning("%s", error)
-            self._tell([_notice(str(error))])
-        except Exception:
-            _log.exception("the feed failed")
-            self._tell([_notice("the feed failed: nothing more is heard")])
+        except Exception as error:
+            told(self.faults.fails(_FEED, error, "nothing more is heard"))
 
     async def _jump(self, jump: Callable[[], list[Told]]) -> None:
         """A request after which the page begins anew."""
@@ -314,32 +371,39 @@ class Conductor:
         stage = self._stage
         if stage is None or not self._playing:
             return
+        live, told = stage.session.card.mode == "live", None
         try:
             told = await self._work(stage.forward)
-        except InputError as error:
-            self._set(stage, False, self._rate)
-            self._tell([_notice(str(error))])
-        except Exception:
-            _log.exception("the session failed")
-            self._set(stage, False, self._rate)
-            self._tell([_notice("the session failed; it is paused")])
+        except Exception as error:
+            new = _LOOK not in self.faults
+            why = self.faults.fails(_LOOK, error, _AGAIN if live else _PAUSED)
+            if new or not live:
+                self._tell([_notice(why)])
         else:
-            live = stage.session.card.mode == "live"
+            self.faults.heals(_LOOK)
+        # First of all: what stands elsewhere is of a frame of now, or goes.
+        with self.faults.contained(_WRITING):
+            self._write_back(stage if told else None)
+        with self.faults.contained("telling the session"):
             if live or told is None:
                 self._set(stage, live, self._rate)
-            self._tell(told or [])
+        self._tell(told or [])
+        with self.faults.contained(_CERTIFYING):
             self._certify()
-            self._write_back(stage if told else None)
 
     def _write_back(self, stage: Stage | None) -> None:
         """Tell what a frame of now says; what was told before is withdrawn if there is none."""
         if self.writer is None:
             return
-        frame = None if stage is None else stage.frame
-        if stage is None or frame is None or not _of_now(stage.session):
+        try:
+            frame = None if stage is None else stage.frame
+            if stage is None or frame is None or not (_of_now(stage.session) and stage.sound):
+                self.writer.fall_silent()
+            else:
+                self.writer.tell(frame, stage.alarms)
+        except BaseException:
             self.writer.fall_silent()
-        else:
-            self.writer.tell(frame, stage.alarms)
+            raise
 
     def _set(self, stage: Stage, playing: bool, rate: float) -> None:
         self._playing, self._rate = playing, rate
@@ -354,11 +418,15 @@ class Conductor:
         every = stage.session.step_s / self._rate if self._playing else math.inf
         self.bands.want(stage.recent, every)
 
-    async def _hello(self) -> Told:
+    async def _look_up(self) -> None:
+        """See what there is to open now; what was there before is told where that fails."""
+        with self.faults.contained("listing what may be opened"):
+            self._listed = await asyncio.to_thread(self.catalogue.told)
+
+    def _hello(self) -> Told:
         """What there is to open, and the limits of the alarms."""
-        catalogue = await asyncio.to_thread(self.catalogue.told)
         bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
-        return "hello", m.written(m.Hello(__version__, catalogue, bounds))
+        return "hello", m.written(m.Hello(__version__, self._listed, bounds))
 
     def _there(self) -> Stage:
         if self._stage is None:
@@ -366,10 +434,13 @@ class Conductor:
         return self._stage
 
     def _session_now(self, stage: Stage) -> bytes:
+        notes = [*self.faults.told, *self._trouble_of_writing(stage)]
+        return stage.session_now(self._playing, self._rate, *notes)
+
+    def _trouble_of_writing(self, stage: Stage) -> list[str]:
         live = stage.session.card.mode == "live"
         trouble = self.writer.trouble if self.writer is not None and live else None
-        notes = [] if trouble is None else [trouble]
-        return stage.session_now(self._playing, self._rate, *notes)
+        return [] if trouble is None else [trouble]
 
     def _tell(self, told: list[Told]) -> None:
         for kind, message in told:
@@ -377,7 +448,7 @@ class Conductor:
                 viewer.put(kind, message)
 
     async def _work(self, job: Callable[[], Result]) -> Result:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, job)
+        return await asyncio.get_running_loop().run_in_executor(self._worker, _bounded, job)
 
     async def _woken(self, seconds: float) -> bool:
         try:
@@ -387,6 +458,18 @@ class Conductor:
             return False
         self._wake.clear()
         return True
+
+
+def _bounded(job: Callable[[], Result]) -> Result:
+    """A job for a thread, whose failure is only its own: it neither ends nor cancels a task."""
+    try:
+        return job()
+    except Exception as error:
+        if isinstance(error, StopIteration | CancelledError):
+            raise RuntimeError(type(error).__name__) from error
+        raise
+    except BaseException as error:
+        raise RuntimeError(type(error).__name__) from error
 
 
 def _of_now(session: Session) -> bool:
