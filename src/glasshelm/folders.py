@@ -1,6 +1,9 @@
-"""The folder that a command writes in, made and tried before anything is computed."""
+"""What a command writes: the folder is tried before anything is computed, files are there whole."""
 
+import contextlib
+import os
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 from glasshelm.errors import InputError
@@ -17,3 +20,26 @@ def writable(folder: Path) -> Path:
         problem = "a file has that name, a folder is needed" if a_file else error.strerror
         raise InputError(f"{folder}: cannot write there ({problem})") from None
     return folder
+
+
+@contextlib.contextmanager
+def whole(path: str | Path) -> Iterator[Path]:
+    """Where to write a file that shall be at ``path`` whole or not at all.
+
+    It takes the place of what was there when the block ends, once it is on the disk. Where that
+    fails, or the block does, what was there stays; where the process is killed, a hidden file of
+    the same suffix is left beside it. InputError if it cannot be written.
+    """
+    path = Path(path)
+    partial = path.with_name(f".{os.getpid()}-{path.name[-100:]}")
+    try:
+        yield partial
+        with open(partial, "rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(partial, path)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            partial.unlink()
+        if isinstance(error, OSError):
+            raise InputError(f"{path}: cannot write it ({error.strerror or error})") from None
+        raise

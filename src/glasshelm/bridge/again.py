@@ -48,12 +48,10 @@ class Again(Session):
     def forward(self) -> Frame | None:
         if self.at + 1 >= len(self.record):
             return None
-        self.at += 1
-        return self._shown()
+        return self._shown(self.at + 1)
 
     def seek(self, time_s: float) -> None:
-        self.at = self.record.at(time_s)
-        self._shown()
+        self._shown(self.record.at(time_s))
 
     def hand_over(self, pilot: Pilot) -> None:
         raise InputError("a log is shown as it was: open its source to try another pilot")
@@ -74,9 +72,9 @@ class Again(Session):
     def close(self) -> None:
         self.record.close()
 
-    def _shown(self) -> Frame:
-        frame = self.record.frame(self.at)
-        self._pilot = frame.pilot
+    def _shown(self, number: int) -> Frame:
+        frame = self.record.frame(number)
+        self.at, self._pilot = number, frame.pilot
         return frame
 
 

@@ -46,15 +46,11 @@ def application(
 
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        tasks = [
-            asyncio.create_task(conductor.keep_time()),
-            asyncio.create_task(conductor.bands.run()),
-        ]
+        tasks = [asyncio.create_task(conductor.run())]
+        app.state.withdraw = conductor.withdraw
         if first is not None:
             app.state.opening = asyncio.create_task(conductor.show(first))
             tasks.append(app.state.opening)
-        if conductor.writer is not None:
-            tasks.append(asyncio.create_task(conductor.writer.run()))
         try:
             yield
         finally:
@@ -79,11 +75,13 @@ def application(
         await (built if there else PlainTextResponse("Not Found", 404))(scope, receive, send)
 
     async def health(request: Request) -> Response:
+        troubles = conductor.troubles
         dropped = conductor.dropped + sum(viewer.dropped for viewer in conductor.viewers)
         return JSONResponse(
             {
                 "version": __version__,
-                "status": "ok",
+                "status": "failing" if troubles else "ok",
+                "troubles": troubles,
                 "viewers": len(conductor.viewers),
                 "messages": conductor.asked,
                 "refused_messages": conductor.refused,

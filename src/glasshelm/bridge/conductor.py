@@ -12,7 +12,7 @@ import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -20,6 +20,7 @@ from glasshelm import __version__
 from glasshelm.bridge import messages as m
 from glasshelm.bridge.bands import Bands
 from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.faults import Faults, supervised
 from glasshelm.bridge.opening import opened
 from glasshelm.bridge.outbox import Outbox
 from glasshelm.bridge.preparing import Preparing
@@ -43,11 +44,14 @@ MOST_QUESTIONS, FOR_OWNERS = 8, 2
 _AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
 #: What needs a session or a pilot to be prepared.
 _PREPARED = m.Open | m.Replay | m.Pilot | m.Compare
+_LOOK, _FEED = "the session", "the feed"
+_WRITING, _CERTIFYING = "writing back what is advised", "certifying the rudder"
+_AGAIN, _PAUSED = "it looks again in a moment", "it is paused; play tries it again"
 _log = logging.getLogger("glasshelm.bridge")
 
 
 class Conductor:
-    """Plays a session to its viewers.
+    """Plays a session to its viewers. Nothing that fails ends it: ``troubles`` tells what does.
 
     ``asked`` counts all messages of viewers, ``refused`` those of them that were
     none, ``failed`` those that asked for what cannot be done; ``dropped`` the
@@ -69,6 +73,7 @@ class Conductor:
         self.asked = self.refused = self.failed = 0
         self.dropped = 0
         self._stage: Stage | None = None
+        self._listed = m.Catalogue([], [], [])
         self._limits = m.Limits()
         self._playing, self._rate = False, 1.0
         #: Held by who uses the session shown, and by who puts another in its place.
@@ -81,6 +86,8 @@ class Conductor:
         self._requests: set[asyncio.Task[None]] = set()
         self._changes: set[asyncio.Task[None]] = set()
         self._turns: dict[Outbox, Turns] = {}
+        #: What fails of the look, of writing back, and of the tasks that run for ever.
+        self.faults = Faults()
         self.preparing = Preparing(self._tell)
         self.bands = Bands(errors, catalogue.pilot, self._tell)
 
@@ -89,14 +96,23 @@ class Conductor:
         """How much of what the live session heard became of use."""
         return None if self._stage is None else self._stage.session.counted
 
+    @property
+    def troubles(self) -> list[str]:
+        """What goes wrong now, one line each."""
+        stage = self._stage
+        there = [] if stage is None else [*self._trouble_of_writing(stage), *stage.troubles]
+        return list(dict.fromkeys((*self.faults.told, *there)))
+
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
         self._turns[viewer] = Turns(self._requests, self._questions)
+        await self._look_up()  # reads the folder of logs: nobody waits for that
         async with self._lock:
-            hello, there = await self._hello(), []
+            hello, there = self._hello(), []
             if self._stage is not None:
-                now = "session", self._session_now(self._stage)
-                there = [now, *await self._work(self._stage.present), *self.bands.told]
+                with self.faults.contained("telling what was shown"):
+                    now = "session", self._session_now(self._stage)
+                    there = [now, *await self._work(self._stage.present), *self.bands.told]
             # Nothing is awaited from here on: she misses nothing of what all are told.
             viewer.put("hello", hello[viewer.role])
             for kind, message in [*self.preparing.told, *there]:
@@ -197,6 +213,33 @@ class Conductor:
             async with self._lock:
                 await self._advance()
 
+    async def run(self) -> None:
+        """All that runs as long as the server does; what fails of it is begun again.
+
+        When it is cancelled, what was written back is withdrawn first.
+        """
+        running = {
+            "keeping time": self.keep_time,
+            "computing bands": self.bands.run,
+        }
+        if self.writer is not None:
+            running["writing back"] = self.writer.run
+        tasks = [
+            asyncio.create_task(supervised(part, run, self.faults)) for part, run in running.items()
+        ]
+        try:
+            await asyncio.gather(*tasks)
+        finally:
+            await self.withdraw()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def withdraw(self) -> None:
+        """Take back for good what was written to Signal K: the server is about to end."""
+        if self.writer is not None:
+            await self.writer.end()
+
     def close(self) -> None:
         """Close the log; called when no more is asked. What is still compiled is not waited for."""
         for task in (self._listening, *self._requests, *self._questions, *self._changes):
@@ -231,7 +274,7 @@ class Conductor:
             case m.Limits():
                 self._limits = asked
                 told = await self._work(lambda: stage.limit(asked))
-                self._tell(told, await self._hello())
+                self._tell(told, self._hello())
 
     async def _whole(
         self,
@@ -307,47 +350,61 @@ class Conductor:
         """Prepare a session, and put it in place of the one shown."""
         limits = self._limits
 
-        def begin() -> Stage:
+        def begin() -> tuple[Stage, Exception | None]:
             stage = Stage(open_session(), limits)
             try:
                 stage.forward()
-            except BaseException:
+            except Exception as error:
+                if stage.session.card.mode == "live":
+                    return stage, error
                 stage.close()
                 raise
-            return stage
+            return stage, None
 
-        stage = await self.preparing.done(begin, Stage.close)
-        await self._whole(lambda: self._replace(stage), stage.close)
+        stage, failed = await self.preparing.done(begin, lambda made: made[0].close())
+        await self._look_up()  # there is one log more
+        await self._whole(lambda: self._replace(stage, failed), stage.close)
 
-    async def _replace(self, stage: Stage) -> None:
-        """Show it in place of the present one."""
+    async def _replace(self, stage: Stage, failed: Exception | None) -> None:
+        """Show it in place of the present one; ``failed``: its first look has."""
 
         def present() -> list[Told]:
             stage.limit(self._limits)  # perhaps others by now
             return stage.present()
 
+        told = await self._work(present)
+        # Nothing is awaited while one takes the other's place.
         if self._listening is not None:
             self._listening.cancel()
+        self.faults.heals(_FEED)
+        self.faults.heals(_LOOK)
+        if failed is not None:
+            self.faults.fails(_LOOK, failed, _AGAIN)
         old, self._stage = self._stage, stage
-        if old is not None:
-            await self._work(old.close)
-        told = await self._work(present)
-        self._listening = asyncio.create_task(self._listen(stage.session))
-        self._write_back(stage)
         self._playing, self._rate = True, 1.0
-        # Hello again, as there is one log more.
-        self._tell([("session", self._session_now(stage)), *told], await self._hello())
-        self._certify()
+        self._listening = asyncio.create_task(self._listen(stage.session))
+        with self.faults.contained(_WRITING):
+            self._write_back(stage)
+        self._tell([("session", self._session_now(stage)), *told], self._hello())
+        with self.faults.contained(_CERTIFYING):
+            self._certify()
+        if old is not None:
+            with self.faults.contained("closing the session before"):
+                await self._work(old.close)
 
     async def _listen(self, session: Session) -> None:
+        """Hear what its source says; only a file comes to an end."""
+
+        def told(why: str) -> None:
+            self._tell([_notice(why)])
+
+        if session.endless:
+            await supervised(_FEED, session.listen, self.faults, told)
+            return
         try:
             await session.listen()
-        except InputError as error:
-            _log.warning("%s", error)
-            self._tell([_notice(str(error))])
-        except Exception:
-            _log.exception("the feed failed")
-            self._tell([_notice("the feed failed: nothing more is heard")])
+        except Exception as error:
+            told(self.faults.fails(_FEED, error, "nothing more is heard"))
 
     async def _jump(self, jump: Callable[[], list[Told]]) -> None:
         """A request after which the page begins anew."""
@@ -359,32 +416,39 @@ class Conductor:
         stage = self._stage
         if stage is None or not self._playing:
             return
+        live, told = stage.session.card.mode == "live", None
         try:
             told = await self._work(stage.forward)
-        except InputError as error:
-            self._set(stage, False, self._rate)
-            self._tell([_notice(str(error))])
-        except Exception:
-            _log.exception("the session failed")
-            self._set(stage, False, self._rate)
-            self._tell([_notice("the session failed; it is paused")])
+        except Exception as error:
+            new = _LOOK not in self.faults
+            why = self.faults.fails(_LOOK, error, _AGAIN if live else _PAUSED)
+            if new or not live:
+                self._tell([_notice(why)])
         else:
-            live = stage.session.card.mode == "live"
+            self.faults.heals(_LOOK)
+        # First of all: what stands elsewhere is of a frame of now, or goes.
+        with self.faults.contained(_WRITING):
+            self._write_back(stage if told else None)
+        with self.faults.contained("telling the session"):
             if live or told is None:
                 self._set(stage, live, self._rate)
-            self._tell(told or [])
+        self._tell(told or [])
+        with self.faults.contained(_CERTIFYING):
             self._certify()
-            self._write_back(stage if told else None)
 
     def _write_back(self, stage: Stage | None) -> None:
         """Tell what a frame of now says; what was told before is withdrawn if there is none."""
         if self.writer is None:
             return
-        frame = None if stage is None else stage.frame
-        if stage is None or frame is None or not _of_now(stage.session):
+        try:
+            frame = None if stage is None else stage.frame
+            if stage is None or frame is None or not (_of_now(stage.session) and stage.sound):
+                self.writer.fall_silent()
+            else:
+                self.writer.tell(frame, stage.alarms)
+        except BaseException:
             self.writer.fall_silent()
-        else:
-            self.writer.tell(frame, stage.alarms)
+            raise
 
     def _set(self, stage: Stage, playing: bool, rate: float) -> None:
         self._playing, self._rate = playing, rate
@@ -399,12 +463,17 @@ class Conductor:
         every = stage.session.step_s / self._rate if self._playing else math.inf
         self.bands.want(stage.recent, every)
 
-    async def _hello(self) -> dict[m.Role, bytes]:
+    async def _look_up(self) -> None:
+        """See what there is to open now; what was there before is told where that fails."""
+        with self.faults.contained("listing what may be opened"):
+            self._listed = await asyncio.to_thread(self.catalogue.told)
+
+    def _hello(self) -> dict[m.Role, bytes]:
         """What there is to open, and the limits of the alarms; for each role."""
-        catalogue = await asyncio.to_thread(self.catalogue.told)
         bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
         roles: tuple[m.Role, ...] = get_args(m.Role)
-        return {role: m.written(m.Hello(__version__, catalogue, bounds, role)) for role in roles}
+        listed = self._listed
+        return {role: m.written(m.Hello(__version__, listed, bounds, role)) for role in roles}
 
     def _there(self) -> Stage:
         if self._stage is None:
@@ -412,10 +481,13 @@ class Conductor:
         return self._stage
 
     def _session_now(self, stage: Stage) -> bytes:
+        notes = [*self.faults.told, *self._trouble_of_writing(stage)]
+        return stage.session_now(self._playing, self._rate, *notes)
+
+    def _trouble_of_writing(self, stage: Stage) -> list[str]:
         live = stage.session.card.mode == "live"
         trouble = self.writer.trouble if self.writer is not None and live else None
-        notes = [] if trouble is None else [trouble]
-        return stage.session_now(self._playing, self._rate, *notes)
+        return [] if trouble is None else [trouble]
 
     def _tell(self, told: list[Told], hello: dict[m.Role, bytes] | None = None) -> None:
         for viewer in self.viewers:
@@ -425,7 +497,7 @@ class Conductor:
                 viewer.put(kind, message)
 
     async def _work(self, job: Callable[[], Result]) -> Result:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, job)
+        return await asyncio.get_running_loop().run_in_executor(self._worker, _bounded, job)
 
     async def _woken(self, seconds: float) -> bool:
         try:
@@ -435,6 +507,18 @@ class Conductor:
             return False
         self._wake.clear()
         return True
+
+
+def _bounded(job: Callable[[], Result]) -> Result:
+    """A job for a thread, whose failure is only its own: it neither ends nor cancels a task."""
+    try:
+        return job()
+    except Exception as error:
+        if isinstance(error, StopIteration | CancelledError):
+            raise RuntimeError(type(error).__name__) from error
+        raise
+    except BaseException as error:
+        raise RuntimeError(type(error).__name__) from error
 
 
 def _of_now(session: Session) -> bool:

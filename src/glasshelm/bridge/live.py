@@ -2,20 +2,26 @@
 
 import asyncio
 import dataclasses
+import functools
 import time
 from collections import deque
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
+from glasshelm.bridge.faults import Faults, one_line
+from glasshelm.bridge.live_record import LiveRecord
 from glasshelm.bridge.logs import new_log
-from glasshelm.bridge.record import Record
 from glasshelm.bridge.session import Card, Predicted, Session, track_of
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError
+from glasshelm.feeds.nmea_feeds import FileFeed
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Feed, Report
 from glasshelm.frames import Frame
+from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.types import Pilot
 from glasshelm.ships import ShipParams, ship_named
 from glasshelm.watch import Watch
@@ -33,14 +39,19 @@ FIRST_LOOK_S = 1.0
 class _Helm:
     """One pilot on watch, and the log of what it decides."""
 
-    def __init__(self, pilot: Pilot, path: Path):
-        self.watch, self.record = Watch(pilot), Record(path, fresh=True)
+    def __init__(self, pilot: Pilot, record: LiveRecord):
+        self.watch, self.record = Watch(pilot), record
         self.line: bytes | None = None
 
     def look(self, scenario: Scenario, time_s: float) -> Frame:
-        frame = self.watch.look(scenario, time_s)
+        try:
+            return self.watch.look(scenario, time_s)
+        except Exception:
+            self.watch = Watch(self.watch.pilot)  # what it remembers may be half of a look
+            raise
+
+    def keep(self, frame: Frame) -> None:
         self.line = self.record.append(frame)
-        return frame
 
 
 class Live(Session):
@@ -48,7 +59,8 @@ class Live(Session):
 
     ``listen`` runs in the event loop and only puts reports aside; all else runs
     in the worker. The clock is that of the stream. Where it jumps back, or the
-    plane is centred anew, a new log begins.
+    plane is centred anew, a new log begins. A pilot who fails leaves a frame without advice,
+    a log that cannot be written one that is shown all the same.
     """
 
     def __init__(
@@ -63,8 +75,11 @@ class Live(Session):
         self._over: str | None = None
         self.at = -1
         self.card = Card(source, feed.title, "live", ship, None)
-        self._helm = _Helm(pilot, self._log(pilot))
+        self._helm = self._helm_of(pilot)
         self._other: _Helm | None = None
+        #: Sees what there is when the pilot cannot.
+        self._unadvised = Watch(StraightPilot())
+        self._faults = Faults()
         self._begun: Scenario | None = None
 
     async def listen(self) -> None:
@@ -82,12 +97,16 @@ class Live(Session):
         except InputError as error:
             self._over = str(error)
             raise
-        except Exception:
-            self._over = "the feed failed: nothing more is heard"
+        except Exception as error:
+            self._over = f"the feed failed ({one_line(error)})"
             raise
 
     @property
-    def record(self) -> Record:
+    def endless(self) -> bool:
+        return not isinstance(self._feed, FileFeed)
+
+    @property
+    def record(self) -> LiveRecord:
         return self._helm.record
 
     @property
@@ -124,6 +143,16 @@ class Live(Session):
     def counted(self) -> dict[str, Any]:
         return {c.what: c.told() for c in (self._feed.counts, self._picture.counts)}
 
+    @property
+    def troubles(self) -> list[str]:
+        feed = self._over or (None if self.connected else self._feed.trouble or "no connection")
+        logs = (record.trouble for record in self._records)
+        return list(dict.fromkeys(t for t in (feed, *logs, *self._faults.told) if t is not None))
+
+    @property
+    def _records(self) -> list[LiveRecord]:
+        return [helm.record for helm in (self._helm, self._other) if helm is not None]
+
     def ready(self, pilot: Pilot, ahead: bool = True) -> None:
         watch = Watch(pilot)
         watch.look(_alone(self._params), 0.0)
@@ -147,11 +176,14 @@ class Live(Session):
         time_s = _since_s(begun, scenario)
         told = dataclasses.replace(scenario, source=self.card.source, start=begun.start)
         self.card = dataclasses.replace(self.card, title=told.title)
-        self._note(*told.notes)
-        frame = self._helm.look(told, time_s)
-        if self._other is not None:
-            self._other.look(told, time_s)
+        frame = self._looked(told, time_s)
+        self._helm.keep(frame)
         self.at += 1
+        if self._other is not None:
+            self._other.line = None
+            with self._faults.contained("the compared pilot"):
+                self._other.keep(self._other.look(told, time_s))
+        self._note(*told.notes)
         return frame
 
     def _take_waiting(self) -> None:
@@ -170,11 +202,13 @@ class Live(Session):
     def hand_over(self, pilot: Pilot) -> None:
         """From the next look on; the log goes on."""
         self._helm.watch = Watch(pilot)
+        self._faults.heals("the pilot")
 
     def compare(self, pilot: Pilot | None) -> None:
         if self._other is not None:
             self._other.record.close()
-        self._other = None if pilot is None else _Helm(pilot, self._log(pilot))
+        self._other = None if pilot is None else self._helm_of(pilot)
+        self._faults.heals("the compared pilot")
 
     def beside(self) -> list[bytes]:
         if self._other is None:
@@ -198,22 +232,27 @@ class Live(Session):
         last_s = self.record.times[-1] if len(self.record) else -1.0
         return now.origin != begun.origin or _since_s(begun, now) <= last_s
 
+    def _looked(self, scenario: Scenario, time_s: float) -> Frame:
+        """The frame of now; without advice where the pilot fails: who is near is still seen."""
+        with self._faults.contained("the pilot"):
+            return self._helm.look(scenario, time_s)
+        frame = self._unadvised.look(scenario, time_s)
+        return msgspec.structs.replace(frame, pilot=self.pilot, decision=None)
+
     def _begin_anew(self) -> None:
         self.close()
         pilot, other = self._helm.watch.pilot, self._other
-        self._helm = _Helm(pilot, self._log(pilot))
-        self._other = (
-            None if other is None else _Helm(other.watch.pilot, self._log(other.watch.pilot))
-        )
+        self._helm = self._helm_of(pilot)
+        self._other = None if other is None else self._helm_of(other.watch.pilot)
         self._begun, self.at = None, -1
 
-    def _log(self, pilot: Pilot) -> Path:
-        return new_log(self._logs, self.card.source, pilot.name)
+    def _helm_of(self, pilot: Pilot) -> _Helm:
+        new_path = functools.partial(new_log, self._logs, self.card.source, pilot.name)
+        return _Helm(pilot, LiveRecord(new_path))
 
     def _note(self, *known: str) -> None:
         """Note what is known, what is wrong with the feed, and what of it was of no use."""
-        trouble = self._over or (None if self.connected else self._feed.trouble or "no connection")
-        notes = [*([] if trouble is None else [trouble]), *known]
+        notes = [*self.troubles, *known]
         said, believed = self._feed.counts, self._picture.counts
         if said.faulty or said.useless:
             notes.append(said.sentence())
@@ -221,6 +260,8 @@ class Live(Session):
             notes.append(believed.sentence())
         if self._behind:
             notes.append("more is heard than can be taken: the picture is some seconds behind")
+        if lost := sum(record.lost for record in self._records):
+            notes.append(f"{lost} frames were shown without being logged")
         self.card = dataclasses.replace(self.card, notes=tuple(notes))
 
 

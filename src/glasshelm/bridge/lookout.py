@@ -6,11 +6,15 @@ from typing import NamedTuple
 import msgspec
 
 from glasshelm.bridge.alarms import AlarmList
+from glasshelm.bridge.faults import Faults
 from glasshelm.bridge.messages import Alarm, Meeting, Sentence
 from glasshelm.bridge.rules import Rules
 from glasshelm.bridge.session import Predicted
 from glasshelm.frames import Frame
 from glasshelm.report.now import FRAMES, now
+
+#: The part that raises alarms: where it fails, nothing may be written back.
+ALARMS = "raising alarms"
 
 
 class Beside(NamedTuple):
@@ -22,10 +26,14 @@ class Beside(NamedTuple):
 
 
 class Lookout:
-    """Sees the frames of a session in order; :meth:`again` after a jump in time."""
+    """Sees the frames of a session in order; :meth:`again` after a jump in time.
 
-    def __init__(self, alarms: AlarmList):
-        self.alarms = alarms
+    What fails is in ``faults`` and left out; alarms wait for nothing else.
+    """
+
+    def __init__(self, alarms: AlarmList, faults: Faults | None = None):
+        self.alarms, self.faults = alarms, faults or Faults()
+        self._listed: list[Alarm] = []
         self._recent: deque[Frame] = deque(maxlen=FRAMES)
         self._rules = Rules()
 
@@ -46,8 +54,17 @@ class Lookout:
     def see(self, frame: Frame, ahead: Predicted | None) -> Beside:
         """What is to be told of the next frame."""
         self._recent.append(frame)
+        with self.faults.contained(ALARMS):
+            self._listed = self.alarms.see(frame)
+        meetings: dict[str, Meeting] = {}
+        with self.faults.contained("telling the rules"):
+            meetings = self._rules.see(frame)
+        sentence = None
+        with self.faults.contained("telling the sentence"):
+            sentence = self._sentence(ahead)
+        return Beside(sentence, meetings, self._listed)
+
+    def _sentence(self, ahead: Predicted | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        meetings = self._rules.see(frame)
         told = now(tuple(self._recent), rows, step_s, self._rules.kinds)
-        sentence = None if told is None else Sentence(told.what, told.why, told.next)
-        return Beside(sentence, meetings, self.alarms.see(frame))
+        return None if told is None else Sentence(told.what, told.why, told.next)

@@ -42,7 +42,7 @@ class Question:
         if at < 0:
             raise InputError("nothing is shown yet")
         first, end = max(at - BEFORE, 0), min(at + 1 + AFTER, len(record))
-        first -= first % PHASE
+        first = max(first - first % PHASE, record.first)
         decode = msgspec.json.Decoder(Frame).decode
         frames = [decode(line) for line in record.lines(first, end)]
         number = at - first

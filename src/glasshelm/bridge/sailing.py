@@ -29,18 +29,34 @@ class Run:
             frames = self.voyage.sail_on()
             if not frames:
                 return False
+            try:
+                self.record.append(frames[0])
+            except BaseException:
+                self.voyage.place = place  # the same step can be tried again
+                raise
             self.places.append(place)
-            self.record.append(frames[0])
         return True
 
     def branch(self, number: int, pilot: Pilot) -> "Run":
-        """The same voyage with another pilot from a frame on, in a log of its own."""
+        """The same voyage with another pilot from a frame on, in a log of its own.
+
+        This one is closed; where the new log cannot be written it stays as it was.
+        """
+        place = self.voyage.place
         self.voyage.place = self.places[number]
         self.voyage.hand_over(pilot)
-        other = Run(self.voyage, self._logs)
-        other.places = self.places[:number]
-        for k in range(number):
-            other.record.append(self.record.frame(k))
+        try:
+            other = Run(self.voyage, self._logs)
+            try:
+                other.places = self.places[:number]
+                for k in range(number):
+                    other.record.append(self.record.frame(k))
+            except BaseException:
+                other.record.close()
+                raise
+        except BaseException:
+            self.voyage.place = place
+            raise
         self.record.close()
         return other
 
@@ -102,30 +118,40 @@ class Sailing(Session):
             _predicted(voyage, voyage.place)
 
     def forward(self) -> Frame | None:
-        if not self._run.reach(self.at + 1):
+        following = self.at + 1
+        if not self._run.reach(following):
             return None
-        self.at += 1
-        self._follow()
-        return self.record.frame(self.at)
+        self._follow(following)
+        frame = self.record.frame(following)
+        self.at = following
+        return frame
 
     def seek(self, time_s: float) -> None:
         wanted = int(time_s / self.step_s + 1e-6)
         self._run.reach(wanted)
-        self.at = min(wanted, len(self.record) - 1)
-        self._follow()
+        wanted = min(wanted, len(self.record) - 1)
+        self._follow(wanted)
+        self.at = wanted
 
     def hand_over(self, pilot: Pilot) -> None:
-        self._run = self._run.branch(max(self.at, 0), pilot)
-        self.seek(max(self.at, 0) * self.step_s)
+        number = max(self.at, 0)
+        self._run = self._run.branch(number, pilot)
+        self.at = number - 1  # what is shown is sailed anew
+        self.seek(number * self.step_s)
 
     def compare(self, pilot: Pilot | None) -> None:
-        if self._other is not None:
-            self._other.record.close()
-        self._other = None
+        other = None
         if pilot is not None:
             voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
-            self._other = Run(voyage, self._logs)
-            self._follow()
+            other = Run(voyage, self._logs)
+            try:
+                other.reach(self.at)
+            except BaseException:
+                other.record.close()
+                raise
+        if self._other is not None:
+            self._other.record.close()
+        self._other = other
 
     def beside(self) -> list[bytes]:
         if self._other is None:
@@ -153,7 +179,7 @@ class Sailing(Session):
         """Where the voyage stood before the frame shown."""
         return self._run.places[self.at] if self.at >= 0 else self._run.voyage.place
 
-    def _follow(self) -> None:
+    def _follow(self, number: int) -> None:
         """The compared pilot sails along."""
         if self._other is not None:
-            self._other.reach(self.at)
+            self._other.reach(number)

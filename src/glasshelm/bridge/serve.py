@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import signal
 import socket
+import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from urllib.parse import quote
 
 import uvicorn
@@ -58,18 +60,20 @@ def serve(
 
     There is nothing to serve where the first session cannot begin: what is wrong is then raised.
     """
-    server = uvicorn.Server(Config(app, room))
+    server = _Server(Config(app, room), app)
 
     async def run() -> None:
         quiet.begin()
+        _end_with_the_terminal(server)
         task = asyncio.create_task(server.serve(sockets=[bound]))
         while not server.started and not task.done():
             await asyncio.sleep(0.02)
         if server.started:
             bound.listen(_QUEUE)  # so many may wait, though fewer are accepted at once
-            ready()
-            if browse:
-                await asyncio.to_thread(webbrowser.open, url)
+            with contextlib.suppress(Exception):  # nobody reads that, or there is no browser
+                ready()
+                if browse:
+                    await asyncio.to_thread(webbrowser.open, url)
             opening: asyncio.Task[None] | None = getattr(app.state, "opening", None)
             if opening is not None:
                 await asyncio.wait((task, opening), return_when=asyncio.FIRST_COMPLETED)
@@ -81,6 +85,29 @@ def serve(
 
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(run())
+
+
+class _Server(uvicorn.Server):
+    """However it is told to end, what was written elsewhere is taken back before it closes."""
+
+    def __init__(self, config: uvicorn.Config, app: Starlette):
+        super().__init__(config)
+        self._app = app
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        withdraw: Callable[[], Awaitable[None]] | None = getattr(self._app.state, "withdraw", None)
+        if withdraw is not None:
+            await withdraw()
+        await super().shutdown(sockets)
+
+
+def _end_with_the_terminal(server: uvicorn.Server) -> None:
+    """A terminal that is closed ends the server as Ctrl-C does, not at once."""
+    hangup: signal.Signals | None = getattr(signal, "SIGHUP", None)  # not on Windows
+    if hangup is None or threading.current_thread() is not threading.main_thread():
+        return
+    if signal.getsignal(hangup) == signal.SIG_DFL:  # not under nohup
+        asyncio.get_running_loop().add_signal_handler(hangup, server.handle_exit, hangup, None)
 
 
 def _failed(task: asyncio.Task[None]) -> BaseException | None:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from glasshelm.bridge.messages import Mode
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.record import FrameLines
 from glasshelm.frames import Frame
 from glasshelm.pilots.types import Pilot
 from glasshelm.ships import ShipState
@@ -54,7 +54,7 @@ class Session(Protocol):
     at: int
 
     @property
-    def record(self) -> Record: ...
+    def record(self) -> FrameLines: ...
 
     @property
     def pilot(self) -> str:
@@ -92,6 +92,16 @@ class Session(Protocol):
         return None
 
     @property
+    def troubles(self) -> list[str]:
+        """What goes wrong now, one line each; the notes tell it too."""
+        return []
+
+    @property
+    def endless(self) -> bool:
+        """Whether its source never comes to an end: where ``listen`` fails it is begun again."""
+        return False
+
+    @property
     def counted(self) -> dict[str, Any] | None:
         """How much of what was heard became of use, in numbers."""
         return None
@@ -108,7 +118,7 @@ class Session(Protocol):
 
     @abstractmethod
     def forward(self) -> Frame | None:
-        """Show the next frame; None where there is none (yet)."""
+        """Show the next frame; None where there is none (yet). Where it fails nothing has moved."""
         ...
 
     @abstractmethod

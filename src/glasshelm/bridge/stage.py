@@ -7,7 +7,9 @@ import msgspec
 
 from glasshelm.bridge import messages as m
 from glasshelm.bridge.alarms import AlarmList
-from glasshelm.bridge.lookout import Lookout
+from glasshelm.bridge.faults import Faults
+from glasshelm.bridge.lookout import ALARMS, Lookout
+from glasshelm.bridge.record import Past
 from glasshelm.bridge.session import Predicted, Session
 from glasshelm.frames import Frame
 from glasshelm.pilots.types import Pilot
@@ -24,12 +26,22 @@ SEEN_AGAIN = 240
 
 
 class Stage:
-    """Runs in the worker thread, except for ``session_now``, which only reads."""
+    """Runs in the worker thread, except for what only reads: ``session_now``, properties.
+
+    Who looks on later is told of memory: what was shown last, and what a page is sent of before.
+    """
 
     def __init__(self, session: Session, limits: m.Limits):
         self.session = session
+        self._faults = Faults()
         self._alarms = AlarmList(limits)
-        self._lookout = Lookout(self._alarms)
+        self._lookout = Lookout(self._alarms, self._faults)
+        #: The frame shown and that of the compared pilot, as they stand in their logs, and those
+        #: before them.
+        self._line: bytes | None = None
+        self._line_beside: bytes | None = None
+        self._past, self._past_beside = Past(), Past()
+        self._record = session.record
         self._frame: Frame | None = None
         self._told: bytes | None = None
         self._listed: list[m.Alarm] = []
@@ -43,6 +55,16 @@ class Stage:
         return self._frame
 
     @property
+    def sound(self) -> bool:
+        """Whether its alarms are of the frame shown."""
+        return ALARMS not in self._faults
+
+    @property
+    def troubles(self) -> list[str]:
+        """What goes wrong now, one line each."""
+        return [*self._faults.told, *self.session.troubles]
+
+    @property
     def recent(self) -> tuple[Frame, ...]:
         """The frame shown and those before it that the pilot saw (Eq. 12)."""
         return self._lookout.recent(FRAMES)
@@ -54,20 +76,22 @@ class Stage:
 
     def forward(self) -> list[Told] | None:
         """The messages of the next frame; None where there is none (yet)."""
-        record = self.session.record
         frame = self.session.forward()
         if frame is None:
             return None
-        if self.session.record is record:
-            return self._tell(frame)
-        return self._after_jump()  # a new log has begun
+        record = self.session.record
+        if record is not self._record:
+            return self._after_jump()  # a new log has begun
+        if self._line is not None:
+            self._past.add(self._line)
+        if self._line_beside is not None:
+            self._past_beside.add(self._line_beside)
+        self._line, self._line_beside = record.line(self.session.at), self.session.beside_now()
+        return self._tell(frame)
 
     def present(self) -> list[Told]:
         """Everything that a viewer needs who knows nothing yet."""
-        at, record = self.session.at, self.session.record
-        before = record.history(at) if at > 0 else []
-        beside = self.session.beside()
-        history = m.History(_raw(before), _raw(beside))
+        history = m.History(_raw(self._past.lines), _raw(self._past_beside.lines))
         told = [("history", m.written(history))]
         if self._told is not None:
             told += [("frame", self._told), self._alarm_list()]
@@ -110,11 +134,11 @@ class Stage:
             end_s=card.end_s,
             seekable_from_s=first,
             seekable_to_s=last,
-            notes=[*notes, *card.notes],
+            notes=list(dict.fromkeys((*notes, *self._faults.told, *card.notes))),
             connected=session.connected,
             heard_s=session.heard_s,
             own_s=session.own_s,
-            log=session.record.path.name,
+            log=None if session.record.path is None else session.record.path.name,
         )
         return m.written(now)
 
@@ -123,20 +147,27 @@ class Stage:
 
     def _after_jump(self) -> list[Told]:
         record, at = self.session.record, self.session.at
+        beside = self.session.beside()
         if at < 0:
             return self.present()
-        self._lookout.again(record.lines(max(at - SEEN_AGAIN, 0), at))
+        before, line, line_beside = record.history(at), record.line(at), self.session.beside_now()
+        self._past.fill(before)
+        self._past_beside.fill(beside)
+        self._record, self._line, self._line_beside = record, line, line_beside
+        self._lookout.again(record.lines(max(at - SEEN_AGAIN, record.first), at))
         self._predicted_at = -1e9
         self._tell(record.frame(at))
         return self.present()
 
     def _tell(self, frame: Frame) -> list[Told]:
-        at, record = self.session.at, self.session.record
-        fresh = self._predict()
+        assert self._line is not None
+        fresh = None
+        with self._faults.contained("predicting the track ahead"):
+            fresh = self._predict()
         beside = self._lookout.see(frame, self._left())
-        compared = self.session.beside_now()
+        compared = self._line_beside
         message = m.FrameNow(
-            frame=msgspec.Raw(record.line(at)),
+            frame=msgspec.Raw(self._line),
             encounters=beside.encounters,
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"),
             sentence=beside.sentence,
@@ -154,6 +185,7 @@ class Stage:
         """The track ahead, where it is time to predict it again."""
         if time.monotonic() - self._predicted_at < PREDICT_EVERY_S:
             return None
+        self._ahead = None
         self._ahead, self._ahead_of = self.session.predicted(), self.session.at
         self._predicted_at = time.monotonic()
         return self._ahead
