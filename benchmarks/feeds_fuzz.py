@@ -29,8 +29,8 @@ from pyais.messages import TagBlock
 from glasshelm.ais.csv_file import read_csv
 from glasshelm.ais.table import OWN_SENSORS, Reports
 from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.feeds.nmea import LONGEST_LINE, NmeaReader
-from glasshelm.feeds.own_sentences import checksum_of
+from glasshelm.feeds.framing import LONGEST_LINE, checksum_of
+from glasshelm.feeds.nmea import NmeaReader
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Counts
 from glasshelm.ships import KNOT_M_S, SHIPS

@@ -2,10 +2,8 @@ import gzip
 
 import numpy as np
 import pytest
-from pyais.encode import encode_dict
 
 from glasshelm.ais.csv_file import read_csv
-from glasshelm.ais.nmea_file import read_nmea
 from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.errors import InputError
 
@@ -103,72 +101,3 @@ def test_damaged_gzip(tmp_path):
     path.write_bytes(path.read_bytes()[:20])
     with pytest.raises(InputError, match="cannot be read"):
         read_csv(path)
-
-
-POSITION = {
-    "type": 1, "mmsi": 211000001, "lat": 59.0, "lon": 10.5, "speed": 12.3, "course": 45.6,
-    "heading": 44,
-}  # fmt: skip
-STATIC = {
-    "type": 5, "mmsi": 211000001, "shipname": "ALPHA BRAVO CHARLIE", "to_bow": 100, "to_stern": 50,
-    "to_port": 10, "to_starboard": 12, "ship_type": 70,
-}  # fmt: skip
-
-
-def lines(message, time=1_000_000_000, tag=True):
-    prefix = f"\\c:{time}*00\\" if tag else ""
-    return [prefix + part for part in encode_dict(message)]
-
-
-def nmea_file(tmp_path, *groups, name="traffic.nmea"):
-    return csv_file(tmp_path, *(line for group in groups for line in group), name=name)
-
-
-@pytest.mark.parametrize("name", ["traffic.nmea", "traffic.nmea.gz"])
-def test_nmea_with_tag_blocks(tmp_path, name):
-    path = nmea_file(
-        tmp_path, lines(POSITION), lines(STATIC), lines(POSITION, 1_000_000_010_500), name=name
-    )
-    recording = read_nmea(path)
-    r = recording.reports
-    assert r.mmsi.tolist() == [211000001] * 2
-    assert r.time_s.tolist() == [1e9, 1e9 + 10.5]  # seconds, and milliseconds
-    np.testing.assert_allclose(
-        [r.latitude_deg[0], r.longitude_deg[0], r.sog_kn[0], r.cog_deg[0], r.heading_deg[0]],
-        [59.0, 10.5, 12.3, 45.6, 44],
-    )
-    ship = recording.ships[211000001]
-    assert (ship.name, ship.length_m, ship.beam_m, ship.kind) == (
-        "ALPHA BRAVO CHARLIE", 150.0, 22.0, "70",
-    )  # fmt: skip
-    assert recording.notes == ()
-
-
-def test_class_b_and_interleaved_parts(tmp_path):
-    class_b = POSITION | {"type": 18, "mmsi": 211000002}
-    first, second = lines(STATIC)
-    recording = read_nmea(nmea_file(tmp_path, [first], lines(class_b), [second], lines(POSITION)))
-    assert recording.reports.mmsi.tolist() == [211000002, 211000001]
-    assert recording.ships[211000001].length_m == 150.0
-
-
-def test_damaged_and_untimed_sentences_are_counted(tmp_path):
-    broken = "\\c:1000000000*00\\!AIVDM,1,1,,A,1"
-    recording = read_nmea(
-        nmea_file(tmp_path, lines(POSITION), lines(POSITION, tag=False), [broken, "$GPRMC,hello"])
-    )
-    assert len(recording.reports) == 1
-    assert recording.notes == ("1 report undecodable", "1 report without a tag-block time")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ([["hello"]], "no AIS sentence"),
-        ([lines(POSITION, tag=False)], "none has a tag-block time"),
-        ([lines(STATIC)], "no position report"),
-    ],
-)
-def test_unusable_nmea(tmp_path, text, message):
-    with pytest.raises(InputError, match=message):
-        read_nmea(nmea_file(tmp_path, *text))

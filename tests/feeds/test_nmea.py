@@ -3,34 +3,13 @@ import math
 from datetime import UTC, datetime
 
 import pytest
-from benchmarks.feeds_fuzz import sentence
-from pyais.encode import encode_dict
-from pyais.messages import TagBlock
+from tests.feeds.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
-from glasshelm.feeds.nmea import LONGEST_LINE, MOST_WAITING, NmeaReader
+from glasshelm.feeds.framing import LONGEST_LINE
+from glasshelm.feeds.nmea import NmeaReader
+from glasshelm.feeds.parts import MOST_WAITING
 from glasshelm.feeds.types import Counts, Refusal
 from glasshelm.ships import KNOT_M_S
-
-TIME = 1_408_129_200
-POSITION = {
-    "type": 1, "mmsi": 211000001, "lat": 59.5, "lon": 24.5, "speed": 12.3, "course": 45.6,
-    "heading": 44, "turn": -128,
-}  # fmt: skip
-STATIC = {
-    "type": 5, "mmsi": 211000001, "shipname": "ALPHA BRAVO", "to_bow": 100, "to_stern": 50,
-    "to_port": 10, "to_starboard": 12, "ship_type": 70,
-}  # fmt: skip
-
-
-def tagged(line, time=TIME):
-    tag = TagBlock.create(receiver_timestamp=str(time))
-    return b"\\" + tag + b"\\" + line
-
-
-def ais(message, time=TIME, kind="VDM", seq=1):
-    """The lines of a message; without tag blocks if there is no time."""
-    parts = encode_dict(message, talker_id="AI", sentence_type=kind, seq_id=seq)
-    return [part.encode() if time is None else tagged(part.encode(), time) for part in parts]
 
 
 def read(*lines, live=False, own=None):

@@ -14,7 +14,7 @@ from tests.feeds.live import pictured, shown, until
 
 from glasshelm.errors import InputError
 from glasshelm.feeds.again import Backoff
-from glasshelm.feeds.nmea import LONGEST_LINE
+from glasshelm.feeds.framing import LONGEST_LINE
 from glasshelm.feeds.nmea_feeds import MOST_DATAGRAMS, FileFeed
 from glasshelm.feeds.source import feed_from
 from glasshelm.feeds.types import Refusal

@@ -37,7 +37,7 @@ def is_vessel_mmsi(mmsi: Numbers) -> Numbers:
     coast = _within(mmsi, 2_000_000, 7_999_999)
     aircraft = _within(mmsi, 111_000_000, 111_999_999)
     aid = _within(mmsi, 990_000_000, _LARGEST_MMSI)
-    return np.logical_and(is_mmsi(mmsi), np.logical_not(coast | aircraft | aid))
+    return np.logical_and(is_mmsi(mmsi), ~np.asarray(coast | aircraft | aid))
 
 
 def is_mmsi(mmsi: Numbers) -> Numbers:
@@ -82,5 +82,5 @@ def epoch_seconds(instant: Numbers) -> Numbers:
     return seconds if np.ndim(instant) else float(seconds)
 
 
-def _within(value: Numbers, least: float, most: float) -> Numbers:
+def _within(value: Numbers, least: Numbers, most: Numbers) -> Numbers:
     return np.logical_and(value >= least, value <= most)

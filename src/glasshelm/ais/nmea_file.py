@@ -1,115 +1,120 @@
-"""AIS reports from NMEA 0183 (AIVDM) lines with the times of their tag blocks.
+"""AIS reports of a file of NMEA 0183, decoded as live traffic is (:mod:`glasshelm.feeds.nmea`).
 
-A line is ``\\c:TIME,...*HH\\!AIVDM,...``: ``c`` is seconds (or milliseconds) since
-1970. The second part of a message of two takes the time of the first. Own
-ship's AIVDO lines are read like the others, under her own MMSI.
+A report's time is that of its line: of the tag block, of what a receiver or a logger wrote
+beside the sentence, or of the latest RMC. Own ship's sensors are kept under ``OWN_SENSORS``, her
+AIVDO under her own MMSI.
 """
 
-import re
+import dataclasses
+import gzip
+import math
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
-import pyais
-from pyais.exceptions import AISBaseException
 
-from glasshelm.ais.csv_file import read_text
-from glasshelm.ais.table import Particulars, Recording, Reports, counted
+from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
 from glasshelm.errors import InputError
+from glasshelm.feeds.lines import Lines
+from glasshelm.feeds.nmea import NmeaReader
+from glasshelm.feeds.types import Counts, Refusal, Report
+from glasshelm.ships import KNOT_M_S
 
-_LINE = re.compile(r"^(?:\\(?P<tag>[^\\]*)\\)?(?P<sentence>[!$][A-Z]{2}VD[MO],.*)$")
-_TIME = re.compile(r"(?:^|,)c:(\d+)")
-# First character of the payload: message types 1-3, 18, 19 (positions), 5, 24 (particulars).
-_WANTED = frozenset("123BC5H")
-_POSITION = {1, 2, 3, 18, 19}
+#: Reports of one batch.
+BATCH = 65_536
+#: What a sound recording holds beside what is of use: not told.
+_USUAL = frozenset((Refusal.UNUSED, Refusal.NO_SHIP, Refusal.NOTHING_TOLD))
+_PIECE = 1 << 20
+
+Ships = dict[int, Particulars]
 
 
 def read_nmea(path: Path) -> Recording:
-    """The recording of an NMEA file, plain or gzipped.
+    """The recording of an NMEA file; what could not be used is counted in its notes.
 
-    Sentences that cannot be decoded, or have no time, are counted in the
-    notes. InputError if there is no AIS sentence, or none with a time.
+    InputError if there is no sentence in it, or none that tells where a ship is and when.
     """
-    waiting: dict[tuple[str, str], tuple[float | None, dict[int, str]]] = {}
-    rows: list[tuple[float, ...]] = []
-    ships: dict[int, Particulars] = {}
-    told: set[str] = set()
-    sentences = undecodable = untimed = 0
-    for line in read_text(path).splitlines():
-        match = _LINE.match(line.strip())
-        if match is None:
-            continue
-        sentences += 1
-        sentence = match["sentence"]
-        time_s = _time_of(match["tag"])
-        fields = sentence.split(",")
-        if len(fields) < 7 or not (fields[1].isdigit() and fields[2].isdigit()):
-            undecodable += 1
-            continue
-        parts = [sentence]
-        if fields[1] != "1":
-            key = (fields[3], fields[4])
-            first = fields[2] == "1"
-            begun, collected = (time_s, {}) if first else waiting.get(key, (time_s, {}))
-            collected[int(fields[2])] = sentence
-            waiting[key] = (begun, collected)
-            if len(collected) < int(fields[1]):
-                continue
-            del waiting[key]
-            parts = [collected[i] for i in sorted(collected)]
-            fields, time_s = parts[0].split(","), begun
-        payload = "".join(part.split(",")[5] for part in parts)
-        if payload[:1] not in _WANTED or payload in told:
-            continue
-        try:
-            message = pyais.decode(*parts)
-        except (AISBaseException, ValueError):
-            undecodable += 1
-            continue
-        if message.msg_type in _POSITION:
-            if time_s is None:
-                untimed += 1
-                continue
-            rows.append(_row(time_s, message))
-        else:
-            told.add(payload)  # repeated every six minutes, mostly unchanged
-        if message.msg_type not in (1, 2, 3, 18):
-            _note_particulars(ships, message)
-    if sentences == 0:
-        raise InputError(f"{path}: no AIS sentence (!AIVDM or !AIVDO) in it")
-    if not rows:
-        why = "none has a tag-block time (c:)" if untimed else "none can be decoded"
-        raise InputError(f"{path}: no position report can be used: {why}")
-    table = np.array(rows, dtype=np.float64).T
-    reports = Reports(table[0], table[1].astype(np.int64), *table[2:])
-    notes = counted(undecodable, "undecodable") + counted(untimed, "without a tag-block time")
-    return Recording(reports, ships, notes)
-
-
-def _time_of(tag: str | None) -> float | None:
-    found = None if tag is None else _TIME.search(tag.split("*")[0])
-    if found is None:
-        return None
-    time = float(found[1])
-    return time / 1000.0 if time > 1e11 else time
-
-
-def _row(time_s: float, message) -> tuple[float, ...]:
-    """A report in the order of :class:`Reports`; "not available" is left to the cleaning."""
-    fields = (message.mmsi, message.lat, message.lon, message.speed, message.course)
-    return (time_s, *map(float, fields), float(message.heading))
-
-
-def _note_particulars(ships: dict[int, Particulars], message) -> None:
-    """Add what a static report (types 5, 19, 24) says; later reports overrule."""
-    mmsi = int(message.mmsi)
-    known = ships.get(mmsi, Particulars())
-    name = (getattr(message, "shipname", None) or "").strip() or None
-    length = getattr(message, "to_bow", 0) + getattr(message, "to_stern", 0)
-    beam = getattr(message, "to_port", 0) + getattr(message, "to_starboard", 0)
-    kind = getattr(message, "ship_type", None)
-    ships[mmsi] = Particulars(
-        name or known.name,
-        float(length) or known.length_m,
-        float(beam) or known.beam_m,
-        str(int(kind)) if kind else known.kind,
+    counts, ships = Counts(), Ships()
+    batches = list(nmea_batches(_lines_of(path), counts, ships))
+    if not batches:
+        raise InputError(f"{path}: {_why_nothing(counts)}")
+    reports = Reports(
+        *(
+            np.concatenate([getattr(batch, field.name) for batch in batches])
+            for field in dataclasses.fields(Reports)
+        )
     )
+    return Recording(reports, ships, _notes(counts))
+
+
+def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterator[Reports]:
+    """The positions of some lines, ``BATCH`` at a time; who the ships are is added to ``ships``."""
+    reader = NmeaReader(counts, live=False)
+    rows: list[tuple[float, ...]] = []
+    for report in reader.read(lines):
+        number = int(report.id) if report.id.isdigit() else OWN_SENSORS
+        ships[number] = _known(ships.get(number, Particulars()), report)
+        if report.latitude_deg is not None and report.longitude_deg is not None:
+            rows.append(_row(number, report))
+        if len(rows) == BATCH:
+            yield _table(rows)
+            rows = []
+    reader.end()
+    if rows:
+        yield _table(rows)
+
+
+def _lines_of(path: Path) -> Iterator[bytes]:
+    lines = Lines()
+    with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
+        while piece := file.read(_PIECE):
+            yield from lines.feed(piece)
+    yield from lines.end()
+
+
+def _row(number: int, r: Report) -> tuple[float, ...]:
+    """A report in the order of :class:`Reports`; what it does not tell is NaN."""
+    speed = math.nan if r.speed_m_s is None else r.speed_m_s / KNOT_M_S
+    course, heading = (
+        math.nan if angle is None else math.degrees(angle)
+        for angle in (r.course_rad, r.heading_rad)
+    )
+    position = r.latitude_deg or 0.0, r.longitude_deg or 0.0
+    return r.time.timestamp(), float(number), *position, speed, course, heading
+
+
+def _table(rows: list[tuple[float, ...]]) -> Reports:
+    columns = np.array(rows, dtype=np.float64).T
+    return Reports(columns[0], columns[1].astype(np.int64), *columns[2:])
+
+
+def _known(known: Particulars, r: Report) -> Particulars:
+    """What is known of a ship after a report; later ones overrule."""
+    return Particulars(
+        r.name or known.name,
+        r.length_m or known.length_m,
+        r.beam_m or known.beam_m,
+        r.kind or known.kind,
+    )
+
+
+def _notes(counts: Counts) -> tuple[str, ...]:
+    """What was refused that a sound recording does not hold, by reason."""
+    return tuple(
+        f"{n} {counts.what[:-1] if n == 1 else counts.what} {why}"
+        for why, n in counts.refused.items()
+        if n and why not in _USUAL
+    )
+
+
+def _why_nothing(counts: Counts) -> str:
+    """Why a file gives no position, by the reason that holds for most of its lines."""
+    said = {why: n for why, n in counts.refused.items() if n}
+    if not counts.heard:
+        return "there is nothing in it"
+    if said.get(Refusal.UNREADABLE, 0) == counts.heard:
+        return "no NMEA 0183 sentence (such as !AIVDM,…*hh) in any of its lines"
+    most = max(said, key=lambda why: said[why], default=None)
+    if most is None:
+        return f"none of its {counts.heard} sentences tells a position"
+    return f"no position can be used: of {counts.heard} sentences, {said[most]} are {most}"

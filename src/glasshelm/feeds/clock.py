@@ -18,7 +18,7 @@ class StreamClock:
         self._told: datetime | None = None
         self._told_at = 0.0
 
-    def tell(self, told: datetime) -> datetime:
+    def tell(self, told: datetime, witness: str) -> datetime | None:
         """Set the clock to a time that the stream tells."""
         self._told, self._told_at = told, time.monotonic()
         return told

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from glasshelm.feeds.nmea import LONGEST_LINE
+from glasshelm.feeds.framing import LONGEST_LINE
 
 
 class Lines:

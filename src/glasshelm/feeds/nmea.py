@@ -1,35 +1,24 @@
 """From lines of NMEA 0183 to reports: tag blocks, messages in parts, own ship's sensors.
 
-AIS is read through pyais. Everything that a line can be is counted, and no line
-can do harm: its length is limited, and so are the parts that wait for others.
+This is the one decoder: live feeds and recorded files are read by it alike. AIS is read through
+pyais. Everything that a line can be is counted, and no line can do harm: its length is limited,
+and so are the parts that wait for others.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import datetime
 
-from pyais.messages import AISSentence, NMEASentenceFactory, TagBlock
+from pyais.messages import AISSentence, NMEASentenceFactory
 
-from glasshelm.feeds.ais_said import NO_SHIP, WANTED, ais_said
-from glasshelm.feeds.clock import StreamClock, from_epoch
-from glasshelm.feeds.own_sentences import checksum_of, own_said
+from glasshelm.feeds.ais_said import ais_said, mmsi_of
+from glasshelm.feeds.clock import StreamClock
+from glasshelm.feeds.framing import Framed, framed
+from glasshelm.feeds.own_sentences import own_said
+from glasshelm.feeds.parts import MOST_WAITING, NEAR_LINES, Part, Parts, told_of
 from glasshelm.feeds.types import Counts, Refusal, Report
 
-#: The longest line [bytes]: a tag block of 80 characters and a sentence of 82, and room to spare.
-LONGEST_LINE = 1024
-#: Messages that may be incomplete at a time; the oldest is given up for a new one.
-MOST_WAITING = 32
 #: The name of own ship where no MMSI is known.
 OWN = "own"
-
-_Slot = tuple[str, str, int, str, int | None]
-
-
-class _Parts:
-    """A message in parts: those that came, and the time of the first."""
-
-    def __init__(self, time: datetime | None):
-        self.time = time
-        self.sentences: list[AISSentence] = []
 
 
 class NmeaReader:
@@ -42,10 +31,11 @@ class NmeaReader:
     def __init__(self, counts: Counts, live: bool, own: str | None = None):
         self._counts, self._own = counts, own
         self._clock = StreamClock(live)
-        self._tagged = False
-        self._parts: dict[_Slot, _Parts] = {}
+        self._parts = Parts(counts)
+        self._groups: dict[str, tuple[Framed, int]] = {}
+        self._lines = 0
 
-    def read(self, lines: Iterator[bytes]) -> Iterator[Report]:
+    def read(self, lines: Iterable[bytes]) -> Iterator[Report]:
         """The reports of some lines."""
         for line in lines:
             report = self.line(line)
@@ -57,6 +47,7 @@ class NmeaReader:
         raw = raw.strip()
         if not raw:
             return None
+        self._lines += 1
         self._counts.heard += 1
         found = self._line(raw)
         if isinstance(found, Refusal):
@@ -65,139 +56,97 @@ class NmeaReader:
 
     def end(self) -> None:
         """Give up the messages that will not be completed."""
-        for slot in list(self._parts):
-            self._give_up(slot)
+        self._parts.end()
 
     def _line(self, raw: bytes) -> Report | Refusal | None:
         """A report, a refusal of this line, or None while it waits for other parts."""
-        if len(raw) > LONGEST_LINE:
-            return Refusal.TOO_LONG
-        time = None
-        if raw.startswith(b"\\"):
-            tag, closed, raw = raw[1:].partition(b"\\")
-            if not closed:
-                return Refusal.UNREADABLE
-            time = self._time_of(tag)
-            if isinstance(time, Refusal):
-                return time
-        if time is None:
-            time = self._clock.now()
-        if raw[:1] not in (b"!", b"$") or len(raw) < 6 or not raw.isascii():
-            return Refusal.UNREADABLE
-        if raw[3:6] in (b"VDM", b"VDO"):
-            return self._ais(raw, time)
-        return self._sensors(raw, time)
+        line = framed(raw)
+        if isinstance(line, Refusal):
+            return line
+        line = self._grouped(line)
+        if line.sentence[3:6].upper() in (b"VDM", b"VDO"):
+            return self._ais(line)
+        return self._sensors(line)
 
-    def _time_of(self, tag: bytes) -> datetime | Refusal | None:
-        """The time of a tag block: seconds or milliseconds since 1970."""
-        block = TagBlock(tag)
-        block.init()
-        if not block.is_valid:
-            return Refusal.CHECKSUM
-        told = block.receiver_timestamp
-        if told is None:
-            return None
-        if not (told.isascii() and told.isdigit()):
-            return Refusal.UNDECODABLE
-        seconds = float(told)
-        time = from_epoch(seconds / 1000 if seconds > 1e11 else seconds)
-        if time is None:
-            return Refusal.UNDECODABLE
-        self._tagged = True
-        return self._clock.tell(time)
+    def _grouped(self, line: Framed) -> Framed:
+        """A line with what the first one of its group tells for all."""
+        if line.group is None:
+            return line
+        first, number = self._groups.get(line.group.id, (line, self._lines))
+        if line.group.number == 1 or self._lines - number > NEAR_LINES:
+            self._groups.pop(line.group.id, None)
+            self._groups[line.group.id] = line, self._lines
+            if len(self._groups) > MOST_WAITING:
+                del self._groups[next(iter(self._groups))]
+            return line
+        return line._replace(time=line.time or first.time, station=line.station or first.station)
 
-    def _ais(self, raw: bytes, time: datetime | None) -> Report | Refusal | None:
+    def _ais(self, line: Framed) -> Report | Refusal | None:
         try:
-            sentence = NMEASentenceFactory.produce(raw)
+            sentence = NMEASentenceFactory.produce(line.sentence)
         except Exception:  # of a mangled sentence pyais raises many kinds
             return Refusal.UNREADABLE
         if not isinstance(sentence, AISSentence):
             return Refusal.UNREADABLE
-        if not sentence.is_valid:
-            return Refusal.CHECKSUM
         if sentence.frag_cnt == 1:
-            return self._decoded(sentence, 1, time)
-        return self._part(sentence, time)
-
-    def _part(self, sentence: AISSentence, time: datetime | None) -> Report | Refusal | None:
-        """One part of a message. Parts come in order, as the standard has them."""
-        s = sentence
-        slot = (s.talker_id, s.type, s.frag_cnt, s.channel, s.seq_id)
-        if s.frag_num == 1:
-            self._give_up(slot)
-            if len(self._parts) >= MOST_WAITING:
-                self._give_up(next(iter(self._parts)))
-            self._parts[slot] = _Parts(time)
-        parts = self._parts.get(slot)
-        if parts is None or s.frag_num != len(parts.sentences) + 1:
-            return Refusal.PART_MISSING
-        parts.sentences.append(s)
-        if len(parts.sentences) < s.frag_cnt:
+            return self._decoded(sentence, 1, line.time, line.station)
+        parts = self._parts.add(Part(sentence, line, self._lines))
+        if parts is None:
             return None
-        del self._parts[slot]
-        try:
-            whole = AISSentence.assemble_from_iterable(parts.sentences)
-        except Exception:  # as above
-            self._counts.refuse(Refusal.UNDECODABLE, s.frag_cnt - 1)
-            return Refusal.UNDECODABLE
-        return self._decoded(whole, s.frag_cnt, parts.time)
-
-    def _give_up(self, slot: _Slot) -> None:
-        parts = self._parts.pop(slot, None)
-        if parts is not None:
-            self._counts.refuse(Refusal.PART_MISSING, len(parts.sentences))
+        whole = AISSentence.assemble_from_iterable([part.sentence for part in parts])
+        return self._decoded(whole, len(parts), *told_of(parts))
 
     def _decoded(
-        self, sentence: AISSentence, parts: int, time: datetime | None
+        self, sentence: AISSentence, parts: int, told: datetime | None, station: str | None
     ) -> Report | Refusal:
         """The report of a whole message; all of its parts are counted as its last one is."""
-        found = self._report_of(sentence, time)
+        found = self._report_of(sentence, told, station)
         if isinstance(found, Refusal):
             self._counts.refuse(found, parts - 1)
         else:
             self._counts.understood += parts
         return found
 
-    def _report_of(self, sentence: AISSentence, time: datetime | None) -> Report | Refusal:
-        if sentence.ais_id in NO_SHIP:
-            return Refusal.NO_SHIP
-        if sentence.ais_id not in WANTED:
-            return Refusal.UNUSED
-        try:
-            said = ais_said(sentence.decode())
-        except Exception:  # as above
-            return Refusal.UNDECODABLE
+    def _report_of(
+        self, sentence: AISSentence, told: datetime | None, station: str | None
+    ) -> Report | Refusal:
+        said = ais_said(sentence)
+        time = self._time(told, station or str(mmsi_of(sentence)))
+        if isinstance(time, Refusal):
+            return time
         if isinstance(said, Refusal):
             return said
         if time is None:
             return Refusal.NO_TIME
-        own = sentence.type == "VDO" or said["id"] == self._own
+        own = sentence.type.upper() == "VDO" or said["id"] == self._own
         return Report(time=time, own=own, **said)
 
-    def _sensors(self, raw: bytes, time: datetime | None) -> Report | Refusal:
-        """A sentence of own ship's sensors; without a checksum it is not believed."""
-        body, star, check = raw[1:].partition(b"*")
-        if not star:
-            return Refusal.UNREADABLE
+    def _sensors(self, line: Framed) -> Report | Refusal:
+        """A sentence of own ship's sensors."""
+        name, *fields = line.sentence[1:-3].decode("ascii").split(",")
         try:
-            right = int(check[:2], 16) == checksum_of(body)
-        except ValueError:
-            right = False
-        if not right:
-            return Refusal.CHECKSUM
-        name, *fields = body.decode("ascii").split(",")
-        try:
-            said = own_said(name[2:], fields)
+            said = own_said(name[2:].upper(), fields)
         except (ValueError, IndexError, KeyError, OverflowError):
             return Refusal.UNDECODABLE
         if said is None:
             return Refusal.UNUSED
-        told = said.pop("time", None)
-        if told is not None and not self._tagged and not self._clock.live:
-            time = self._clock.tell(told)
+        number = self._own or OWN
+        satellites = said.pop("time", None)
+        time = self._time(line.time, line.station or number)
+        if isinstance(time, Refusal):
+            return time
+        if line.time is None and satellites is not None and not self._clock.live:
+            # A receiver whose calendar is wrong still knows where she is now.
+            time = self._clock.tell(satellites, number) or time
         if not said:
             return Refusal.NOTHING_TOLD
         if time is None:
             return Refusal.NO_TIME
         self._counts.understood += 1
-        return Report(id=self._own or OWN, time=time, own=True, **said)
+        return Report(id=number, time=time, own=True, **said)
+
+    def _time(self, told: datetime | None, witness: str) -> datetime | Refusal | None:
+        """The time of a line: the one it tells, if that is believed, or else the stream's."""
+        if told is None:
+            return self._clock.now()
+        return self._clock.tell(told, witness) or Refusal.TIME_JUMP

@@ -26,14 +26,6 @@ def own_said(kind: str, fields: Fields) -> Said | None:
     return {name: value for name, value in reader(fields).items() if value is not None}
 
 
-def checksum_of(body: bytes) -> int:
-    """The exclusive or of the characters between ``$`` and ``*``."""
-    total = 0
-    for byte in body:
-        total ^= byte
-    return total
-
-
 def _rmc(f: Fields) -> Said:
     """time, status, lat, N/S, lon, E/W, speed [kn], course [°], date, …, mode"""
     if f[1] != "A" or (len(f) > 11 and f[11] in ("N", "S", "E")):  # S, E: simulated, estimated
@@ -133,26 +125,57 @@ def _angle(text: str) -> float | None:
 def _position(f: Fields) -> Said:
     if not f[0] or not f[2]:
         return {}
-    return {
-        "latitude_deg": _degrees(f[0], 2) * {"N": 1, "S": -1}[f[1]],
-        "longitude_deg": _degrees(f[2], 3) * {"E": 1, "W": -1}[f[3]],
-    }
+    if not (_whole(f[0]) > 2 or _whole(f[2]) > 3):
+        # Without zeros in front, minutes alone and degrees look alike: never a wrong place.
+        raise ValueError(f"{f[0]}, {f[2]}: degrees, or minutes?")
+    latitude = _degrees(f[0]) * {"N": 1, "S": -1}[f[1]]
+    longitude = _degrees(f[2]) * {"E": 1, "W": -1}[f[3]]
+    if abs(latitude) > 90 or abs(longitude) > 180:
+        raise ValueError(f"{latitude}, {longitude}: not on the globe")
+    return {"latitude_deg": latitude, "longitude_deg": longitude}
 
 
-def _degrees(text: str, digits: int) -> float:
-    """``ddmm.mm`` or ``dddmm.mm`` in degrees."""
-    minutes = _number(text[digits:])
+def _whole(text: str) -> int:
+    """How many digits stand before the point."""
+    digits = text.partition(".")[0]
+    if not (digits.isascii() and digits.isdigit()):
+        raise ValueError(f"{text}: no degrees and minutes")
+    return len(digits)
+
+
+def _degrees(text: str) -> float:
+    """``ddmm.mm`` or ``dddmm.mm`` in degrees: the minutes are the two digits before the point,
+    whether or not zeros stand before them."""
+    split = max(_whole(text) - 2, 0)
+    minutes = _number(text[split:])
     if not 0 <= minutes < 60:
         raise ValueError(f"{text}: no minutes")
-    return int(text[:digits]) + minutes / 60
+    return int(text[:split] or 0) + minutes / 60
 
 
 def _date_time(date: str, time: str) -> datetime | None:
     """``ddmmyy`` and ``hhmmss.ss``; the years 80 to 99 are of the last century."""
     if not date or not time:
         return None
-    year = int(date[4:6])
-    day = datetime(
-        year + (1900 if year >= 80 else 2000), int(date[2:4]), int(date[0:2]), tzinfo=UTC
+    whole, _, part = time.partition(".")
+    # Some receivers leave the first zero out.
+    hours, minutes, seconds = _pairs(whole)
+    day, month, year = _pairs(date)
+    instant = datetime(
+        year + (1900 if year >= 80 else 2000),
+        month,
+        day,
+        hours,
+        minutes,
+        min(seconds, 59),
+        tzinfo=UTC,
     )
-    return day + timedelta(hours=int(time[0:2]), minutes=int(time[2:4]), seconds=float(time[4:]))
+    return instant + timedelta(seconds=max(seconds - 59, 0) + _number(f"0.{part or 0}"))
+
+
+def _pairs(text: str) -> tuple[int, int, int]:
+    """Three numbers of two digits each."""
+    if not (text.isascii() and text.isdigit() and 5 <= len(text) <= 6):
+        raise ValueError(f"{text}: not three times two digits")
+    text = text.zfill(6)
+    return int(text[:2]), int(text[2:4]), int(text[4:])

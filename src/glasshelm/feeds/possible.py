@@ -2,14 +2,11 @@
 
 import math
 
-from glasshelm.ais.cleaning import FASTEST_KN
+from glasshelm.ais.limits import FASTEST_KN, LONGEST_M, is_position
 from glasshelm.feeds.types import Report
 from glasshelm.ships import KNOT_M_S
 
-#: Nearer to the poles no course is a direction of a plane [deg].
-HIGHEST_LATITUDE_DEG = 89.0
-#: No ship is longer or broader [m] than AIS can tell.
-LONGEST_M = 1022.0
+#: No identity is longer than this [characters].
 LONGEST_ID = 100
 
 
@@ -35,5 +32,4 @@ def _on_globe(latitude: float | None, longitude: float | None) -> bool:
     """A place that can be, or none at all; half of a place is none."""
     if latitude is None or longitude is None:
         return latitude is longitude
-    on_globe = abs(latitude) <= HIGHEST_LATITUDE_DEG and abs(longitude) <= 180.0
-    return on_globe and not (latitude == 0 and longitude == 0)
+    return bool(is_position(latitude, longitude))

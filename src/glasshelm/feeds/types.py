@@ -55,6 +55,7 @@ class Refusal(StrEnum):
     NO_SHIP = "of a coast station, an aid to navigation or an aircraft"
     NOTHING_TOLD = "without any value"
     IMPOSSIBLE = "with impossible values"
+    IMPOSSIBLE_TIME = "with a time that is none (before 1990 or after 2100)"
     LATE = "older than what was heard before"
     REPEATED = "a repeat of what was heard before"
     JUMP = "a jump in position or course"
