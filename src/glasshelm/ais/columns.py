@@ -46,7 +46,7 @@ NAMES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 NEEDED = ("time", "mmsi", "latitude", "longitude")
 
-TIME = "time {} is none (ISO 8601, dd/mm/yyyy hh:mm:ss, or seconds since 1970)"
+TIME = "time {} is none from 1990 to 2100 (ISO 8601, dd/mm/yyyy hh:mm:ss, or seconds since 1970)"
 MMSI_TEXT = "MMSI {} is no number"
 MMSI_RANGE = "MMSI {} is none (1 to 999999999)"
 NO_MMSI = "without MMSI"
@@ -256,7 +256,7 @@ def _particulars(
     mmsi: np.ndarray, columns: Mapping[str, pa.Array], where: np.ndarray, decimal_comma: bool
 ) -> dict[int, Particulars]:
     """Of each ship the last particulars that say something; ``where`` are the rows of ``mmsi``."""
-    found: dict[int, dict[str, str]] = {}
+    found: dict[int, dict[str, str]] = {ship: {} for ship in np.unique(mmsi).tolist()}
     for field in ("name", "length", "beam", "type"):
         if field not in columns or not len(where):
             continue
@@ -266,7 +266,7 @@ def _particulars(
         for ship, text in zip(
             ships.tolist(), texts.take(pa.array(said[last])).to_pylist(), strict=True
         ):
-            found.setdefault(ship, {})[field] = text.strip()
+            found[ship][field] = text.strip()
 
     def size(text: str) -> float | None:
         value = _number(text.replace(",", ".") if decimal_comma else text)

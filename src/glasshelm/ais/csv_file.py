@@ -26,6 +26,8 @@ BLOCK = 4 << 20
 #: Rows by which the length of a row is known.
 _SAMPLE = 100
 
+_EXCEL = re.compile(rb"sep=.\s*$")
+_END = "\x01"
 DELIMITERS = ",;\t|"
 QUOTE = "a quote that does not close"
 
@@ -73,9 +75,14 @@ def csv_batches(
     if layout is None:
         raise InputError(f"{path}: nothing is in it")
     if not tally.read:
-        why = tally.worst() if tally.counts else "no row below the header"
-        raise InputError(f"{path}: no report can be read: {why}")
+        raise InputError(f"{path}: no report can be read: {tally.worst()}")
     notes.extend(tally.notes())
+
+
+def header_at(lines: Sequence[bytes]) -> int:
+    """Which line is the header: the first that is not empty, or names a delimiter as Excel does."""
+    told = (i for i, line in enumerate(lines) if line.strip() and not _EXCEL.match(line))
+    return next(told, 0)
 
 
 def columns_named(line: bytes) -> tuple[str, tuple[str, ...]]:
@@ -92,9 +99,7 @@ def columns_named(line: bytes) -> tuple[str, tuple[str, ...]]:
 def _begun(path: str | Path, block: bytes) -> tuple[Layout, bytes, int]:
     """The layout by the first lines, the block without them, and how many they are."""
     lines = block.split(b"\n", _SAMPLE)
-    first = next((i for i, line in enumerate(lines) if line.strip()), 0)
-    if re.fullmatch(rb"sep=.", lines[first].strip()):  # Excel's way to name its delimiter
-        first += 1
+    first = header_at(lines)
     delimiter, header = columns_named(lines[first])
     found = places(header)
     problem = missing(found, header)
@@ -120,7 +125,8 @@ def _part(
     lines = block.count(b"\n")
     rows = np.arange(number + 1, number + lines + 1)
     table = _table(block, layout)
-    if table is None or table.num_rows != lines:
+    last = block[block.rfind(b"\n", 0, -1) + 1 : -1].decode("utf-8")
+    if table is None or table.num_rows != lines or _fields(last, layout.delimiter) is None:
         block, rows = _mended(block, number, layout, tally)
         table = _table(block, layout)
         if table is None or table.num_rows != len(rows):
@@ -205,11 +211,12 @@ def _mended(block: bytes, number: int, layout: Layout, tally: Tally) -> tuple[by
 
 
 def _fields(line: str, delimiter: str) -> list[str] | None:
-    """The fields of a line; None if a quote in it does not close."""
+    """The fields of a line; None if a quote in it does not close: it holds what is put behind."""
     try:
-        return next(csv.reader([line], delimiter=delimiter, strict=True), [])
-    except csv.Error:
+        fields = next(csv.reader([line + delimiter + _END], delimiter=delimiter))
+    except csv.Error:  # a field longer than may be
         return None
+    return fields[:-1] if fields[-1] == _END else None
 
 
 def _line(fields: Sequence[str], delimiter: str) -> bytes:

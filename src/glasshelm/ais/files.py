@@ -215,7 +215,7 @@ class TextFile:
         a note says so.
         """
         decoder = _decoder(self._file.peek())
-        whole, rest, long, overlong = b"", b"", 0, False
+        whole, rest, given, long, overlong = b"", b"", False, 0, False
         while data := self._file.read():
             text = rest + decoder(data).replace(b"\0", b"")
             # A CR at the end may be half of an end.
@@ -231,10 +231,12 @@ class TextFile:
                 overlong, rest = True, cr
             if whole and len(whole) >= size:
                 yield _utf8(whole)
-                whole = b""
+                whole, given = b"", True
         # The last line of a file that is cut off is cut off itself.
         rest = b"" if overlong or self._file.torn else _with_lf(rest + decoder(b""))
         whole += rest + b"\n" if rest and not rest.endswith(b"\n") else rest
+        if self._file.torn and not (whole or given):
+            raise InputError(f"{self.path}: cut off or damaged: no line of it can be read")
         if whole:
             yield _utf8(whole)
         if long:
@@ -264,7 +266,7 @@ def read_document(path: str | Path) -> bytes:
 def first_text(path: str | Path) -> bytes:
     """The first lines of a text file, in UTF-8; InputError if it is empty, or no text."""
     with TextFile(path) as file:
-        text = next(file.blocks(), b"")[:HEAD]
+        text = next(file.blocks(HEAD), b"")[:HEAD]
     if not text.strip():
         raise InputError(f"{path}: nothing is in it")
     odd = sum(text.count(bytes([code])) for code in (*range(1, 9), *range(14, 27), *range(28, 32)))

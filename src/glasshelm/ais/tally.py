@@ -44,7 +44,9 @@ class Tally:
         return tuple(found)
 
     def worst(self) -> str:
-        """The reason for which most rows cannot be read: of a table of which none can."""
+        """Why none of the rows can be read: the reason that holds for most."""
+        if not self.counts:
+            return "no row is in it"
         reason = max(self.counts, key=lambda known: self.counts[known])
         row = self._first[reason][0]
         return f"{self.counts[reason]} of {self.rows} rows: {self._said(reason)} (row {row})"

@@ -6,9 +6,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 import msgspec
-import numpy as np
 
-from glasshelm.ais.cleaning import no_ship
+from glasshelm.ais.limits import is_vessel_mmsi
 from glasshelm.feeds.types import Counts, Refusal, Report
 
 #: The longest message [bytes or characters].
@@ -127,7 +126,7 @@ def _full(identity: str) -> str:
 
 
 def _no_ship(number: str) -> bool:
-    return len(number) > 9 or bool(no_ship(np.array([int(number)])).any())
+    return len(number) > 9 or not is_vessel_mmsi(int(number))
 
 
 def _number(value: Any) -> float:
