@@ -69,7 +69,7 @@ class Part:
 def read_recording(path: str | Path) -> Recording:
     """The whole of a recording, cleaned. InputError if it is too large, or holds no report."""
     notes: list[str] = []
-    found = _kept(path, lambda reports: np.ones(len(reports), bool), notes, "cut it into parts")
+    found = _kept(path, lambda reports: np.ones(len(reports), bool), notes, "cut it into hours")
     return _cleaned(path, found, notes)
 
 
@@ -114,7 +114,7 @@ def read_part(
             parts = [_only(part, number) for part in parts]
             kept = sum(len(part.reports) for part in parts)
         if kept > MOST:
-            raise _too_many(path, "of own ship alone: cut the file into parts")
+            raise _too_many(path, "of own ship", "cut the file into parts")
     found = Recording.joined(parts)
     mine = found.reports.take(found.reports.mmsi == number)
     stretches = seen.stretches()
@@ -216,7 +216,7 @@ def _number_of(own: int | str | None) -> int:
     text = RECORDED if own is None else str(own).strip().lower()
     if text == RECORDED:
         return OWN_SENSORS
-    if not (text.isascii() and text.isdigit() and 0 < len(text) < 10):
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) > 0):
         raise InputError(f"own ship {own!r}: must be an MMSI or {RECORDED!r}")
     return int(text)
 
@@ -270,12 +270,12 @@ def _kept(
         parts.append(part)
         count += len(part.reports)
         if count > MOST:
-            raise _too_many(path, instead)
+            raise _too_many(path, "in that time and area", instead)
     return Recording.joined(parts)
 
 
-def _too_many(path: str | Path, instead: str) -> InputError:
-    return InputError(f"{path}: more than {MOST:,} reports in that time and area: {instead}")
+def _too_many(path: str | Path, which: str, instead: str) -> InputError:
+    return InputError(f"{path}: more than {MOST:,} reports {which}: {instead}")
 
 
 def _cleaned(path: str | Path, found: Recording, notes: Sequence[str]) -> Recording:
