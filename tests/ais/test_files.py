@@ -154,5 +154,5 @@ def test_what_is_no_file(tmp_path, there):
 def test_a_document_is_read_whole(tmp_path):
     for data in (TEXT.encode("utf-8-sig"), gzip.compress(TEXT.encode("utf-16"))):
         assert read_document(put(tmp_path, data)).decode() == TEXT
-    with pytest.raises(InputError, match="longer than 64 MB"):
-        read_document(put(tmp_path, gzip.compress(bytes(65_000_000))))
+    with pytest.raises(InputError, match="longer than 16 MB"):
+        read_document(put(tmp_path, gzip.compress(bytes(17_000_000))))

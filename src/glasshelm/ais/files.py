@@ -21,7 +21,7 @@ from glasshelm.errors import InputError
 #: A line is not longer [bytes]; what is, is no line of AIS.
 LONGEST_LINE = 65_536
 #: A document (JSON) is not longer [bytes].
-LONGEST_DOCUMENT = 64_000_000
+LONGEST_DOCUMENT = 16_000_000
 #: What the first bytes of a Parquet table are.
 PARQUET = b"PAR1"
 #: Bytes that tell what a file is.

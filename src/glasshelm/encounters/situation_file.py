@@ -153,16 +153,18 @@ _OTHERS: tuple[tuple[frozenset[str], str], ...] = (
 def _keys_of(path: Path, data: bytes) -> tuple[str, ...]:
     """The keys of a situation; InputError, by name, if a document is something else."""
     first, _, more = data.strip().partition(b"\n")
+    decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
     try:  # lines of JSON
-        document = msgspec.json.decode(first if more.lstrip()[:1] == b"{" else data)
+        keys = tuple(decoder.decode(first if more.lstrip()[:1] == b"{" else data))
+    except msgspec.ValidationError:
+        raise
     except msgspec.DecodeError:
-        document = msgspec.json.decode(data)
-    keys = tuple(document) if isinstance(document, dict) else ()
+        keys = tuple(decoder.decode(data))
     what = next((text for wanted, text in _OTHERS if wanted <= frozenset(keys)), None)
     if what is not None:
         raise InputError(f"{path}: {what}")
     if "ownShip" not in keys:
-        given = ", ".join(keys)[:80] or "nothing that has a name"
+        given = ", ".join(keys)[:80] or "nothing"
         raise InputError(f"{path}: not a DNV traffic situation: no ownShip in it, but {given}")
     return keys
 
