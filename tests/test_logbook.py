@@ -186,9 +186,3 @@ def test_every_value_of_a_frame_has_a_column():
         assert set(row) <= known
     assert {"own_latitude_deg", "ship_K_1_s", "target_intention_level", "reward_total"} <= known
     assert {"sweep_rudder_rad", "sweep_collision", "target_q_sweep"} <= known
-
-
-def test_parquet_without_pyarrow_says_how_to_get_it(tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(InputError, match=r"pip install 'glasshelm\[parquet\]'"):
-        parquet.to_parquet(FRAMES, tmp_path / "x.parquet")

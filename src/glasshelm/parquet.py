@@ -10,7 +10,6 @@ of its rows, and the compression takes care of that.
 import types
 import typing
 from collections.abc import Iterable, Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -22,21 +21,8 @@ from glasshelm.frames import Frame, Target
 _ROWS = 20_000  # rows a group
 
 
-def check_parquet(instead: str = "") -> None:
-    """InputError where pyarrow is missing: better before a voyage than after it.
-
-    ``instead`` is what can be done without, to end the message with.
-    """
-    if find_spec("pyarrow") is None:
-        raise InputError(
-            "Parquet needs pyarrow, which is not installed: "
-            f"pip install 'glasshelm[parquet]'{instead}"
-        )
-
-
 def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
-    """Write the table; returns its number of rows. InputError without pyarrow."""
-    check_parquet()
+    """Write the table; returns its number of rows. InputError if it cannot be written."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -1,103 +1,158 @@
-import gzip
+"""A file is opened by what is in it, whatever its name, packing and encoding."""
 
-import numpy as np
+import bz2
+import gzip
+import io
+import lzma
+import zipfile
+
+import pyarrow as pa
 import pytest
 
-from glasshelm.ais.csv_file import read_csv
-from glasshelm.ais.table import OWN_SENSORS
+from glasshelm.ais.files import LONGEST_LINE, TextFile, read_document
+from glasshelm.ais.reading import kind_of
 from glasshelm.errors import InputError
 
+TEXT = "t,mmsi,name\n1,2,BLÅBÆR\n3,4,ØST\n"
 
-def csv_file(tmp_path, *lines, name="traffic.csv"):
+
+def zipped(**files):
+    room = io.BytesIO()
+    with zipfile.ZipFile(room, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return room.getvalue()
+
+
+def zstd(data):
+    return pa.compress(data, codec="zstd", asbytes=True)
+
+
+def put(tmp_path, data, name="file"):
     path = tmp_path / name
-    text = "\n".join(lines) + "\n"
-    path.write_bytes(gzip.compress(text.encode()) if name.endswith(".gz") else text.encode())
+    path.write_bytes(data)
     return path
 
 
-@pytest.mark.parametrize("name", ["traffic.csv", "traffic.csv.gz"])
-def test_full_dialect(tmp_path, name):
-    path = csv_file(
-        tmp_path,
-        "t,mmsi,lat,lon,sog,cog,heading,name,type,nav_status,length_m,beam_m,draught_m",
-        "2020-06-30T00:00:00,338531000,40.64,-74.05,10.4,100.7,96,GENESIS,31,0,30,10,5.0",
-        "2020-06-30T00:01:00,338531000,40.64,-74.04,,,,,,,,,",
-        name=name,
-    )
-    recording = read_csv(path)
-    r = recording.reports
-    assert r.mmsi.tolist() == [338531000] * 2
-    assert r.time_s[1] - r.time_s[0] == 60
-    assert r.time_s[0] == 1593475200
-    assert (r.sog_kn[0], r.cog_deg[0], r.heading_deg[0]) == (10.4, 100.7, 96)
-    assert np.isnan(r.sog_kn[1])
-    ship = recording.ships[338531000]
-    assert (ship.name, ship.length_m, ship.beam_m, ship.kind) == ("GENESIS", 30.0, 10.0, "31")
+def text_of(path):
+    with TextFile(path) as file:
+        return b"".join(file.blocks()).decode(), file.notes
 
 
-def test_position_only_dialect(tmp_path):
-    recording = read_csv(
-        csv_file(tmp_path, "t,mmsi,lat,lon", "2020-06-30 17:29:27,338926303,37.2,-76.4")
-    )
-    assert np.isnan(recording.reports.sog_kn[0])
-    assert recording.reports.time_s[0] == 1593538167
-    assert recording.ships[338926303].name is None
+PACKED = {
+    "plain": TEXT.encode(),
+    "gzip": gzip.compress(TEXT.encode()),
+    "gzip of two parts": gzip.compress(TEXT[:12].encode()) + gzip.compress(TEXT[12:].encode()),
+    "bzip2": bz2.compress(TEXT.encode()),
+    "xz": lzma.compress(TEXT.encode()),
+    "zstd": zstd(TEXT.encode()),
+    "zip": zipped(**{"AIS.csv": TEXT}),
+    "zip with what comes with it": zipped(**{"a.csv": TEXT, "README.txt": "x", "meta.xml": "x"}),
+    "gzip in zip": zipped(**{"a.csv.gz": gzip.compress(TEXT.encode())}),
+    "zstd in gzip": gzip.compress(zstd(TEXT.encode())),
+}
+ENCODED = {
+    "BOM": TEXT.encode("utf-8-sig"),
+    "UTF-16 with its mark": TEXT.encode("utf-16"),
+    "UTF-16 LE": TEXT.encode("utf-16-le"),
+    "UTF-16 BE": TEXT.encode("utf-16-be"),
+    "UTF-32": TEXT.encode("utf-32"),
+    "Latin-1": TEXT.encode("latin-1"),
+    "CR LF": TEXT.replace("\n", "\r\n").encode(),
+    "CR": TEXT.replace("\n", "\r").encode(),
+    "zeros": TEXT.replace(",", ",\0").encode(),
+    "no end": TEXT.rstrip().encode(),
+    "UTF-16 in gzip": gzip.compress(TEXT.encode("utf-16")),
+}
 
 
-def test_own_sensor_dialect(tmp_path):
-    recording = read_csv(
-        csv_file(
-            tmp_path,
-            "t,kind,mmsi,lat,lon,sog_kn,cog_deg,heading_deg",
-            "2014-08-15T19:00:00.363Z,ais,230035780,59.7,24.7,6.2,199.0,",
-            "2014-08-15T19:00:00.540Z,own,,59.7,24.7,,,",
-        )
-    )
-    assert recording.reports.mmsi.tolist() == [230035780, OWN_SENSORS]
-    assert recording.reports.time_s[1] - recording.reports.time_s[0] == pytest.approx(0.177)
+@pytest.mark.parametrize("data", [*PACKED.values(), *ENCODED.values()], ids=[*PACKED, *ENCODED])
+@pytest.mark.parametrize("name", ["file", "T.CSV.GZ", "x.parquet"])
+def test_text_is_read_whatever_its_packing_encoding_and_name(tmp_path, data, name):
+    assert text_of(put(tmp_path, data, name)) == (TEXT, [])
+    assert kind_of(put(tmp_path, data, name)) == "table"
 
 
-def test_column_names_of_marine_cadastre(tmp_path):
-    header = "MMSI,BaseDateTime,LAT,LON,SOG,COG,Heading,VesselName,IMO,VesselType,Length,Width"
-    row = "368,2020-06-30T00:00:00,40.6,-74.0,1.0,2.0,3.0,ABC,IMO1,70,100,20"
-    recording = read_csv(csv_file(tmp_path, header, row))
-    assert recording.ships[368].length_m == 100.0
-    assert recording.reports.cog_deg[0] == 2.0
-
-
-def test_unreadable_rows_are_counted(tmp_path):
-    recording = read_csv(
-        csv_file(
-            tmp_path,
-            "t,mmsi,lat,lon,sog",
-            "2020-06-30T00:00:00,1,40.6,-74.0,5",
-            "yesterday,1,40.6,-74.0,5",
-            "2020-06-30T00:00:10,none,40.6,-74.0,5",
-            "2020-06-30T00:00:20,1,forty,-74.0,fast",
-            "2020-06-30T00:00:30,1,40.6",
-        )
-    )
-    assert len(recording.reports) == 2
-    assert np.isnan(recording.reports.latitude_deg[1])
-    assert recording.notes == ("3 reports unreadable (cut off, or no time or MMSI)",)
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress, zstd])
+def test_what_is_cut_off_is_read_as_far_as_it_goes(tmp_path, pack):
+    # Lines that cannot be packed to nothing; a torn last line is left out.
+    whole = "".join(f"{i},{(i * 7919) % 1_000_003}\n" for i in range(300_000))
+    path = put(tmp_path, pack(whole.encode())[:-20_000])
+    text, (note,) = text_of(path)
+    assert len(text) > 100_000
+    assert whole.startswith(text)
+    assert text.endswith("\n")
+    assert "cut off or damaged" in note
 
 
 @pytest.mark.parametrize(
-    ("lines", "message"),
+    ("data", "says"),
     [
-        (["t,mmsi,lat", "x,1,2"], r"no longitude column \(called lon or longitude\)"),
-        ([""], "no time column"),
-        (["t,mmsi,lat,lon"], "no report can be read"),
-        (["t,mmsi,lat,lon", "13/12/2021 10:00,1,2,3"], "times must be ISO 8601"),
+        (b"", "nothing is in it"),
+        (b"\n \n", "nothing is in it"),
+        (gzip.compress(b"a,b\n" * 9)[:12], "cut off or damaged"),
+        (b"\x28\xb5\x2f\xfd" + bytes(60), "zstd file, cut off or damaged"),
+        (zipped(**{"a.csv": TEXT})[:60], "zip archive that is cut off"),
+        (zipped(**{"a.csv": TEXT, "b.csv": TEXT}), r"2 files in it \(a.csv, b.csv\)"),
+        (zipped(**{"[Content_Types].xml": "x", "xl/workbook.xml": "x"}), "Excel or Word"),
+        (zipped(), "an empty zip archive"),
+        (zipped(**{"readme.txt": "x"}), "no table in it"),
+        (gzip.compress(zipped(**{"a.csv": TEXT})), "a zip archive in a gzip file"),
+        (gzip.compress(b"PAR1"), "a Parquet table in a gzip file"),
+        (b"7z\xbc\xaf\x27\x1c" + bytes(99), "a 7z archive: unpack it first"),
+        (b"Rar!\x1a\x07" + bytes(99), "a RAR archive"),
+        (b"a".ljust(257, b"\0") + b"ustar", "a tar archive"),
+        (b"%PDF-1.7 ...", "a PDF document: give a table of AIS"),
+        (b"SQLite format 3\x00" + bytes(99), "an SQLite database"),
+        (b"\xd0\xcf\x11\xe0" + bytes(99), "Excel or Word"),
+        (b"<!DOCTYPE html><html><p>404", "an HTML page"),
+        (b"<?xml version='1.0'?><gpx/>", "an XML document"),
+        (bytes(range(1, 32)) * 40, "neither text nor a kind of file that is known"),
+        (b"hello\nworld\n", "neither a table .* nor NMEA 0183 .*begins with 'hello'"),
+    ],
+    ids=range(21),
+)
+def test_what_cannot_be_read_is_named_in_one_line(tmp_path, data, says):
+    with pytest.raises(InputError, match=says) as error:
+        kind_of(put(tmp_path, data, "traffic.nmea"))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("!AIVDM,1,1,,A,x,0*00", "nmea"),
+        ("\\c:1*00\\!BSVDM,1,1,,A,x,0*00", "nmea"),
+        ("2024-06-01 12:00:00,!AIVDM,1,1,,A,x,0*00", "nmea"),
+        ("# a logger's remark\n$GPRMC,1", "nmea"),
+        ("mmsi;time;lat;lon", "table"),
+        ("a,b,c", "table"),
+        ('time,mmsi,raw\n1,2,"!AIVDM,1,1,,A,x,0*00"', "table"),
+        (' {"ownShip": {}}', "json"),
+        ("[1]", "json"),
     ],
 )
-def test_unusable_csv(tmp_path, lines, message):
-    with pytest.raises(InputError, match=message):
-        read_csv(csv_file(tmp_path, *lines))
+def test_what_a_text_is(tmp_path, text, kind):
+    assert kind_of(put(tmp_path, text.encode())) == kind
 
 
-def test_damaged_gzip(tmp_path):
-    path = csv_file(tmp_path, "t,mmsi,lat,lon", name="cut.csv.gz")
-    path.write_bytes(path.read_bytes()[:20])
+@pytest.mark.parametrize("length", [3 * LONGEST_LINE, 3_000_000])
+def test_an_endless_line_costs_itself_alone(tmp_path, length):
+    data = b"a\n" + b"x" * length + b"\nb\n" + b"y" * length
+    with TextFile(put(tmp_path, data)) as file:
+        lines = list(file.lines())
+    assert [line for line in lines if len(line) == 1] == [b"a", b"b"]
+    assert max(map(len, lines)) < 2**20
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_what_is_no_file(tmp_path, there):
     with pytest.raises(InputError, match="cannot be read"):
-        read_csv(path)
+        TextFile(tmp_path if there else tmp_path / "none")
+
+
+def test_a_document_is_read_whole(tmp_path):
+    for data in (TEXT.encode("utf-8-sig"), gzip.compress(TEXT.encode("utf-16"))):
+        assert read_document(put(tmp_path, data)).decode() == TEXT
+    with pytest.raises(InputError, match="longer than 16 MB"):
+        read_document(put(tmp_path, gzip.compress(bytes(17_000_000))))

@@ -241,3 +241,14 @@ def test_live_traffic_needs_no_compiler_either(tmp_path):
     session.predicted()
     assert len(pilot.traced) == made
     session.close()
+
+
+def test_minutes_cut_recorded_traffic_and_nothing_else(tmp_path):
+    whole, part = (Catalogue(Shelf(tmp_path), minutes=m) for m in (None, 5.0))
+    lasts = [c.scenario("new-york", "paper", None, None).duration_s for c in (whole, part)]
+    assert lasts[0] > 1200
+    assert 200 < lasts[1] <= 300
+    assert part.scenario("imazu:1", "paper", None, None).targets
+    for source in ("imazu:1", "tcp://127.0.0.1:1", "random:3"):
+        with pytest.raises(InputError, match="minutes are of recorded traffic only"):
+            Catalogue(Shelf(tmp_path), source, minutes=5.0)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from glasshelm.encounters.candidates import candidates
-from glasshelm.encounters.recorded import RecordingSettings, read_recording, recorded_scenario
+from glasshelm.encounters.recorded import RecordingSettings, recorded_scenario
+from glasshelm.encounters.recording import read_recording
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
 from glasshelm.ships import KNOT_M_S, SHIPS

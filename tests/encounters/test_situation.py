@@ -1,3 +1,4 @@
+import gzip
 import json
 import math
 
@@ -9,6 +10,7 @@ from pyproj import Geod
 from glasshelm.encounters.random import random_scenario
 from glasshelm.encounters.recorded import recorded_scenario
 from glasshelm.encounters.situation import read_situation, write_situation
+from glasshelm.encounters.source import scenario_from
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
 from glasshelm.ships import KNOT_M_S, SHIPS
@@ -134,9 +136,16 @@ def test_no_targets_is_an_empty_sea(tmp_path):
     s = read_situation(written(tmp_path, own_ship()), SHIP)
     assert s.encounter.present.shape == (0,)
     assert "no target ships" in s.notes[0]
-    path = tmp_path / "null.json"
-    path.write_text(json.dumps({"ownShip": own_ship()}))
-    assert read_situation(path, SHIP).targets == ()
+    for targets in ({}, {"targetShips": None}, {"targetShip": None}):
+        path = tmp_path / "silent.json"
+        path.write_text(json.dumps({"ownShip": own_ship(), **targets}))
+        with pytest.raises(InputError, match="no targetShips: a situation without any says so"):
+            read_situation(path, SHIP)
+
+
+def test_keys_that_are_not_used_are_told(tmp_path):
+    s = read_situation(written(tmp_path, own_ship(), title="T", environment={}, wind=3), SHIP)
+    assert "not used in the file: environment, wind" in s.notes
 
 
 def test_forty_targets(tmp_path):
@@ -206,12 +215,22 @@ def test_bad_targets_are_named_with_file_and_field(tmp_path, target, message):
     ("text", "message"),
     [
         ("{}", "ownShip"),
-        ('{"ownShip": {}}', "ownShip.initial.position is missing"),
+        ('{"ownShip": {}, "targetShips": []}', "ownShip.initial.position is missing"),
         ('{"ownShip": {"initial": {"position": {"lat": NaN', "not JSON, or cut off"),
         ("", "not JSON, or cut off"),
+        ("{" * 9, "not JSON, or cut off"),
+        ('{"ownShip": ' + "[" * 100_000, "nested too deep"),
+        ('{"ownShip": {}, "encounters": []}', r"input of the generator \(encounters\), not a sit"),
+        ('{"time_s": 0, "own": {}, "targets": []}\n{"time_s": 5}', "a log of frames"),
+        ('{"type": "FeatureCollection", "features": []}', "GeoJSON"),
+        ('{"name": "x", "version": "2", "self": "y"}\n{"updates": []}', "Signal K deltas"),
+        ('{"a": 1, "b": 2}', "no ownShip in it, but a, b"),
         ("[1, 2]", "not a DNV traffic situation"),
-        (json.dumps({"ownShip": older(HOME, 0.0, 0.0)}), "stands still"),
-        (json.dumps({"ownShip": own_ship(), "startTime": "noon"}), "startTime 'noon'"),
+        (json.dumps({"ownShip": older(HOME, 0.0, 0.0), "targetShips": []}), "stands still"),
+        (
+            json.dumps({"ownShip": own_ship(), "targetShips": [], "startTime": "noon"}),
+            "startTime 'noon'",
+        ),
     ],
 )
 def test_bad_files(tmp_path, text, message):
@@ -220,6 +239,16 @@ def test_bad_files(tmp_path, text, message):
     with pytest.raises(InputError, match=message) as error:
         read_situation(path, SHIP)
     assert "bad.json" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_any_packing_and_encoding(tmp_path, encoding, pack):
+    path = written(tmp_path, own_ship(), title="Ø")
+    path.write_bytes(pack(path.read_text().encode(encoding)))
+    assert read_situation(path, SHIP).title == "Ø"
+    assert scenario_from(str(path), SHIP).title == "Ø"
 
 
 def test_missing_file(tmp_path):

@@ -1,12 +1,13 @@
 import dataclasses
 import json
+import math
 
 import jax
 import jax.numpy as jnp
 import pytest
 
 from glasshelm.encounters.random import CONVERGING, PAPER, WIDE, random_scenario
-from glasshelm.encounters.source import BUNDLED, scenario_from
+from glasshelm.encounters.source import BUNDLED, cut, scenario_from
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
 from glasshelm.ships import SHIPS
@@ -69,7 +70,7 @@ def test_another_own_ship_of_a_bundled_recording():
 
 def test_files_are_known_by_name_or_content(tmp_path):
     point = {"position": {"lat": 59.0, "lon": 10.0}, "sog": 10.0, "cog": 0.0}
-    situation = json.dumps({"ownShip": {"initial": point}})
+    situation = json.dumps({"ownShip": {"initial": point}, "targetShips": []})
     for name in ("s.json", "s.dnv"):
         (tmp_path / name).write_text(situation)
         assert scenario_from(str(tmp_path / name), SHIP).origin == (59.0, 10.0)
@@ -95,6 +96,8 @@ def test_files_are_known_by_name_or_content(tmp_path):
         ("imazu:23", "choose 1 to 22"),
         ("none/such.json", "no source 'none/such.json'"),
         (".", "nor such a file"),
+        ("x" * 300, "nor such a file"),
+        ("\0", "nor such a file"),
     ],
 )
 def test_unknown_sources_say_what_is_possible(source, message):
@@ -108,3 +111,18 @@ def test_own_ship_and_time_belong_to_recordings():
         scenario_from("imazu:1", SHIP, own=5)
     with pytest.raises(InputError, match="start time can be chosen only in recorded traffic"):
         scenario_from("random:1", SHIP, at="12:00")
+    with pytest.raises(InputError, match="number of minutes can be chosen only in recorded"):
+        scenario_from("random:1", SHIP, settings=cut(5.0))
+
+
+@pytest.mark.parametrize("minutes", [0.0, -1.0, math.nan, math.inf])
+def test_minutes_are_more_than_none(minutes):
+    with pytest.raises(InputError, match="minutes: must be more than 0"):
+        cut(minutes)
+
+
+def test_a_few_minutes_of_a_recording():
+    whole, part = (scenario_from("new-york", SHIP, settings=cut(m)) for m in (None, 10.0))
+    assert 500 < part.duration_s <= 600 < whole.duration_s
+    assert part.start == whole.start
+    assert 50 < len(part.targets) <= len(whole.targets)

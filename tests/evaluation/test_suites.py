@@ -1,6 +1,7 @@
 """Suites hold the encounters that they say."""
 
 import dataclasses
+import gzip
 
 import jax
 import jax.numpy as jnp
@@ -8,7 +9,9 @@ import numpy as np
 import pytest
 from tests.evaluation.cases import HEAD_ON, SHIP, SPEED, encounter
 
+from glasshelm.ais import reading
 from glasshelm.ais.table import Reports
+from glasshelm.encounters import recording
 from glasshelm.encounters.types import motion_at
 from glasshelm.errors import InputError
 from glasshelm.evaluation.suites.catalogue import suites_named
@@ -101,6 +104,84 @@ def test_no_window_for_ships_that_lie_still_or_are_alongside():
     assert windows(alongside) == []
     wide = dataclasses.replace(Windows(), slowest_m_s=0.1)
     assert windows(still, wide) != []
+
+
+def placed(latitude, longitude, first=111000001):
+    """Two ships end on across a place, 10 NM apart at 10 kn each, reports as above."""
+    east = 5 / 60 / np.cos(np.radians(latitude))
+    run = 10 / 3600 / 60 / np.cos(np.radians(latitude))
+    rows = [
+        (1.6e9 + t, first + i, latitude, longitude - side * (east - run * t), 10.0, course, course)
+        for i, (side, course) in enumerate(((1, 90.0), (-1, 270.0)))
+        for t in np.arange(0.0, 2401.0, 30.0)
+    ]
+    t, mmsi, lat, lon, *rest = np.array(rows).T
+    return Reports(t, mmsi.astype(np.int64), lat, (lon + 180) % 360 - 180, *rest)
+
+
+@pytest.mark.parametrize("latitude", [0.0, 58.3, -60.0, 84.0])
+@pytest.mark.parametrize("longitude", [-152.0, 0.0, 179.99, -180.0])
+def test_windows_are_the_same_alone_and_in_the_file_of_a_continent(latitude, longitude):
+    alone = placed(latitude, longitude)
+    others = [
+        placed(lat, lon, 200000000 + 10 * i)
+        for i, (lat, lon) in enumerate([(25.0, -80.0), (40.0, -74.0), (-33.0, 151.0), (70.0, 20.0)])
+    ]
+    # Others are heard before and after: the minutes are those of the clock, not of the file.
+    early = placed(10.0, 10.0, 300000000)
+    early = dataclasses.replace(early, time_s=early.time_s - 997.0)
+    found = windows(alone)
+    assert [w.mmsi for w in found] == [111000001, 111000002]
+    assert [w.closing for w in found] == [(111000002,), (111000001,)]
+    assert found[0].begins_s == pytest.approx(1.6e9 + 900, abs=60)
+    national = windows(Reports.joined([early, *others, alone]))
+    assert [w for w in national if w.mmsi < 200000000] == found
+    assert len(national) == 2 * 6
+
+
+def test_a_row_of_another_year_makes_no_work_and_no_other_window():
+    alone = placed(58.3, -152.0)
+    stray = alone.take(np.array([0]))
+    stray = dataclasses.replace(stray, time_s=stray.time_s - 8e8)
+    assert windows(Reports.joined([stray, alone])) == windows(alone)
+
+
+def as_csv(path, reports):
+    columns = np.stack([getattr(reports, f.name) for f in dataclasses.fields(reports)], 1)
+    np.savetxt(path, columns, "%.6f", ",", header="t,mmsi,lat,lon,sog,cog,heading", comments="")
+    return path
+
+
+def test_a_recording_is_read_once(tmp_path, monkeypatch):
+    path = as_csv(tmp_path / "strait.csv", placed(58.3, 179.99, 211000001))
+    opened = []
+    real = reading.recordings
+    monkeypatch.setattr(
+        recording, "recordings", lambda *given: opened.append(given) or real(*given)
+    )
+    (suite,) = suites_named([f"recorded:{path}"], SHIP)
+    assert suite.size == 2
+    assert len(opened) == 1
+    met = [[info.id for info in infos] for infos in suite.targets]
+    assert met == [["211000002"], ["211000001"]]
+
+
+GOOD = (
+    '{"ownShip": {"initial": {"position": {"lat": 0, "lon": 0}, "sog": 9, "cog": 0}},'
+    ' "targetShips": []}'
+)
+
+
+def test_a_folder_of_situations_says_which_files_are_wrong(tmp_path):
+    (tmp_path / "a.json").write_text(GOOD)
+    (tmp_path / "c.JSON.gz").write_bytes(gzip.compress(GOOD.encode()))
+    (tmp_path / "notes.txt").write_text("no situation")
+    (suite,) = suites_named([f"situations:{tmp_path}"], SHIP)
+    assert suite.size == 2
+    (tmp_path / "b.json").write_text('{"ownShip": {}, "encounters": []}')
+    (tmp_path / "d.json").write_text("{}")
+    with pytest.raises(InputError, match=r"b.json: an input of the generator .*2 of 4.*b.json, d"):
+        suites_named([f"situations:{tmp_path}"], SHIP)
 
 
 @pytest.mark.parametrize(

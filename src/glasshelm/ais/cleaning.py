@@ -9,12 +9,17 @@ import dataclasses
 
 import numpy as np
 
-from glasshelm.ais.table import Reports, counted
+from glasshelm.ais.limits import (
+    FASTEST_KN,
+    is_angle_deg,
+    is_position,
+    is_speed_kn,
+    is_vessel_mmsi,
+)
+from glasshelm.ais.table import OWN_SENSORS, Reports, counted
 from glasshelm.ships import KNOT_M_S
 
-#: A ship is not faster than this [kn] ...
-FASTEST_KN = 60.0
-#: ... beyond the error of two positions [m].
+#: A ship goes no farther than her highest speed takes her, beyond the error of two positions [m].
 POSITION_ERROR_M = 100.0
 #: So many reports that agree outweigh the track before them.
 AGREEING = 3
@@ -46,7 +51,8 @@ def clean(reports: Reports) -> tuple[Reports, tuple[str, ...]]:
             reports = reports.take(~bad)
 
     drop(_impossible(reports), "impossible position")
-    drop(no_ship(reports.mmsi), "from a coast station or an aid to navigation, not a ship")
+    ships = is_vessel_mmsi(reports.mmsi) | (reports.mmsi == OWN_SENSORS)
+    drop(~ships, "from a coast station, an aid to navigation or an aircraft, not a ship")
     reports = _coded(reports, notes)
     late = _late(reports)
     order = np.lexsort((reports.time_s, reports.mmsi))
@@ -60,16 +66,7 @@ def clean(reports: Reports) -> tuple[Reports, tuple[str, ...]]:
 
 
 def _impossible(r: Reports) -> np.ndarray:
-    possible = (np.abs(r.latitude_deg) <= 90) & (np.abs(r.longitude_deg) <= 180)  # NaN is not
-    return ~possible | ((r.latitude_deg == 0) & (r.longitude_deg == 0))
-
-
-def no_ship(mmsi: np.ndarray) -> np.ndarray:
-    """Coast stations (00MIDxxxx, MID 200-799) and aids to navigation (99...).
-
-    Smaller numbers pass: anonymised data count their ships from 1, and 0 is own sensors.
-    """
-    return ((mmsi >= 2_000_000) & (mmsi < 8_000_000)) | ((mmsi >= 990_000_000) & (mmsi < 10**9))
+    return ~is_position(r.latitude_deg, r.longitude_deg)
 
 
 def _coded(r: Reports, notes: list[str]) -> Reports:
@@ -79,9 +76,9 @@ def _coded(r: Reports, notes: list[str]) -> Reports:
     cog = np.where(overflow, r.cog_deg + 409.6, r.cog_deg)
     return dataclasses.replace(
         r,
-        sog_kn=np.where((r.sog_kn >= 0) & (r.sog_kn <= FASTEST_KN), r.sog_kn, np.nan),
-        cog_deg=np.where((cog >= 0) & (cog < 360), cog, np.nan),
-        heading_deg=np.where((r.heading_deg >= 0) & (r.heading_deg < 360), r.heading_deg, np.nan),
+        sog_kn=np.where(is_speed_kn(r.sog_kn), r.sog_kn, np.nan),
+        cog_deg=np.where(is_angle_deg(cog), cog, np.nan),
+        heading_deg=np.where(is_angle_deg(r.heading_deg), r.heading_deg, np.nan),
     )
 
 

@@ -1,149 +1,224 @@
-"""AIS reports from CSV: a header line, one report a row, plain or gzipped.
+"""AIS reports from tables of text: a header line, then one report a row, read in blocks.
 
-Columns are known by name, in any order and case. Needed: a time (ISO 8601,
-UTC), MMSI, latitude, longitude. Used if there: speed [kn], course, heading,
-name, type, length, beam. Rows whose ``kind`` is ``own`` are own ship's sensors.
+Columns are parted by commas, semicolons, tabs or bars, whichever tells most of the header; with
+any but commas a number may have a decimal comma. A row ends with its line: a quote that does
+not close, or a row of another length, costs itself alone. What columns hold: ``columns``.
 """
 
 import csv
-import gzip
-import io
-import zlib
-from collections.abc import Sequence
+import dataclasses
+import re
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
 
-from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports, counted
+from glasshelm.ais.columns import NOTHING, missing, pc, places, recording_of
+from glasshelm.ais.files import TextFile
+from glasshelm.ais.table import Recording, Reports
+from glasshelm.ais.tally import Tally
 from glasshelm.errors import InputError
 
-#: What each column may be called.
-NAMES = {
-    "time": ("t", "time", "time_utc", "timestamp", "basedatetime", "base_date_time"),
-    "mmsi": ("mmsi",),
-    "latitude": ("lat", "latitude"),
-    "longitude": ("lon", "longitude"),
-    "sog": ("sog", "sog_kn"),
-    "cog": ("cog", "cog_deg"),
-    "heading": ("heading", "heading_deg"),
-    "name": ("name", "vesselname", "vessel_name"),
-    "type": ("type", "vesseltype", "vessel_type"),
-    "length": ("length", "length_m"),
-    "beam": ("beam", "beam_m", "width"),
-    "kind": ("kind",),
-}
-NEEDED = ("time", "mmsi", "latitude", "longitude")
+#: Bytes of a table that are read at once.
+BLOCK = 4 << 20
+#: Rows by which the length of a row is known.
+_SAMPLE = 100
+
+_EXCEL = re.compile(rb"sep=.\s*$")
+_END = "\x01"
+DELIMITERS = ",;\t|"
+QUOTE = "a quote that does not close"
 
 
-def read_text(path: Path) -> str:
-    """The text of a file, unzipped if its name ends in .gz; InputError if it cannot be had."""
-    try:
-        data = path.read_bytes()
-        if path.suffix == ".gz":
-            data = gzip.decompress(data)
-    except (OSError, EOFError, zlib.error) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: cannot be read ({reason})") from None
-    return data.decode("utf-8-sig", errors="replace")
+@dataclasses.dataclass(frozen=True)
+class Layout:
+    """How a table is written."""
+
+    delimiter: str
+    header: tuple[str, ...]
+    places: dict[str, int]
+    #: Fields of a row, with those beyond the header that are always empty.
+    width: int
 
 
 def read_csv(path: Path) -> Recording:
-    """The recording of a CSV file; rows that cannot be read are counted in its notes.
+    """The recording of a table; rows that cannot be read are counted in its notes.
 
     InputError if a needed column is missing or no row can be read.
     """
-    rows = list(csv.reader(io.StringIO(read_text(path), newline="")))
-    header = [name.strip().lower() for name in rows[0]] if rows else []
-    place = {
-        column: next((header.index(n) for n in names if n in header), None)
-        for column, names in NAMES.items()
+    notes: list[str] = []
+    parts = list(csv_batches(path, lambda reports: np.ones(len(reports), bool), notes))
+    return Recording.joined(parts, notes)
+
+
+def csv_batches(
+    path: str | Path, wanted: Callable[[Reports], np.ndarray], notes: list[str]
+) -> Iterator[Recording]:
+    """A table part by part; of each part the reports that are ``wanted``.
+
+    What could not be read is in ``notes`` at the end. InputError if a needed column is missing
+    or no row can be read; it gives the reason that holds for most.
+    """
+    tally = Tally()
+    with TextFile(path) as file:
+        layout: Layout | None = None
+        number = 0  # of lines read
+        for block in file.blocks(BLOCK):
+            if layout is None:
+                layout, block, number = _begun(path, block)
+            lines = block.count(b"\n")
+            yield _part(path, block, number, layout, wanted, tally)
+            number += lines
+        notes.extend(file.notes)
+    if layout is None:
+        raise InputError(f"{path}: nothing is in it")
+    if not tally.read:
+        raise InputError(f"{path}: no report can be read: {tally.worst()}")
+    notes.extend(tally.notes())
+
+
+def header_at(lines: Sequence[bytes]) -> int:
+    """Which line is the header: the first that is not empty, or names a delimiter as Excel does."""
+    told = (i for i, line in enumerate(lines) if line.strip() and not _EXCEL.match(line))
+    return next(told, 0)
+
+
+def columns_named(line: bytes) -> tuple[str, tuple[str, ...]]:
+    """The delimiter of a header line, and the names in it."""
+    text = line.decode("utf-8", errors="replace")
+    split = {mark: _fields(text, mark) or [] for mark in DELIMITERS}
+    best = max(DELIMITERS, key=lambda mark: (len(places(split[mark])), len(split[mark])))
+    names = [name.strip().lstrip("#").strip() for name in split[best]]
+    while names and not names[-1]:
+        names.pop()
+    return best, tuple(names)
+
+
+def _begun(path: str | Path, block: bytes) -> tuple[Layout, bytes, int]:
+    """The layout by the first lines, the block without them, and how many they are."""
+    lines = block.split(b"\n", _SAMPLE)
+    first = header_at(lines)
+    delimiter, header = columns_named(lines[first])
+    found = places(header)
+    problem = missing(found, header)
+    if problem is not None:
+        raise InputError(f"{path}: {problem}")
+    rest = block.split(b"\n", first + 1)[first + 1] if len(lines) > first + 1 else b""
+    sample = [_fields(line.decode("utf-8", errors="replace"), delimiter) or [] for line in
+              lines[first + 1 : _SAMPLE] if line]  # fmt: skip
+    longer = [len(row) for row in sample if len(row) > len(header) and not any(row[len(header) :])]
+    width = max(longer) if len(longer) > len(sample) // 2 else len(header)
+    return Layout(delimiter, header, found, width), rest, first + 1
+
+
+def _part(
+    path: str | Path,
+    block: bytes,
+    number: int,
+    layout: Layout,
+    wanted: Callable[[Reports], np.ndarray],
+    tally: Tally,
+) -> Recording:
+    """The reports of whole lines after the first ``number`` of the file."""
+    lines = block.count(b"\n")
+    rows = np.arange(number + 1, number + lines + 1)
+    table = _table(block, layout)
+    last = block[block.rfind(b"\n", 0, -1) + 1 : -1].decode("utf-8")
+    if table is None or table.num_rows != lines or _fields(last, layout.delimiter) is None:
+        block, rows = _mended(block, number, layout, tally)
+        table = _table(block, layout)
+        if table is None or table.num_rows != len(rows):
+            raise InputError(f"{path}: lines {number + 1} to {number + lines} are no table")
+    if not len(rows):
+        return Recording.joined([])
+    columns = {
+        column: table.column(str(place)).combine_chunks() for column, place in layout.places.items()
     }
-    missing = [column for column in NEEDED if place[column] is None]
-    if missing:
-        wanted = " or ".join(NAMES[missing[0]])
-        raise InputError(
-            f"{path}: no {missing[0]} column (called {wanted}) among {', '.join(header) or 'none'}"
+    # A header in the middle, where tables were put one behind the other, is no row.
+    texts = pc.utf8_lower(columns["mmsi"])
+    again = pc.equal(texts, layout.header[layout.places["mmsi"]].lower())
+    if pc.any(again).as_py():
+        kept = ~pc.fill_null(again, False).to_numpy(zero_copy_only=False)
+        columns = {name: column.filter(pa.array(kept)) for name, column in columns.items()}
+        rows = rows[kept]
+    return recording_of(columns, rows, wanted, tally, layout.delimiter != ",")
+
+
+def _table(block: bytes, layout: Layout) -> pa.Table | None:
+    """A block of lines as texts; None if any row is of another length, or a quote does not close.
+
+    Where a quote swallows the end of its line there are fewer rows than lines.
+    """
+    odd = False
+
+    def found(_: object) -> str:
+        nonlocal odd
+        odd = True
+        return "skip"
+
+    names = [str(i) for i in range(layout.width)]
+    used = [names[place] for place in layout.places.values()]
+    if not block:
+        return pa.table({name: pa.array([], pa.string()) for name in used})
+    try:
+        table = pa_csv.read_csv(
+            pa.BufferReader(block),
+            read_options=pa_csv.ReadOptions(column_names=names, block_size=len(block) + 1),
+            parse_options=pa_csv.ParseOptions(
+                delimiter=layout.delimiter, invalid_row_handler=found, ignore_empty_lines=True
+            ),
+            convert_options=pa_csv.ConvertOptions(
+                include_columns=used,
+                column_types=dict.fromkeys(used, pa.string()),
+                null_values=list(NOTHING),
+                strings_can_be_null=True,
+            ),
         )
-    whole = [row for row in rows[1:] if len(row) == len(header)]
-    cut = sum(1 for row in rows[1:] if row) - len(whole)
-
-    def column(name: str) -> Sequence[str]:
-        index = place[name]
-        return [""] * len(whole) if index is None else [row[index] for row in whole]
-
-    own = np.array([kind.strip().lower() == "own" for kind in column("kind")], bool)
-    time_s = _times(column("time"))
-    mmsi = np.where(own, OWN_SENSORS, _numbers(column("mmsi")))
-    latitude, longitude = _numbers(column("latitude")), _numbers(column("longitude"))
-    readable = np.isfinite(time_s) & np.isfinite(mmsi)
-    reports = Reports(
-        time_s,
-        np.where(readable, mmsi, -1).astype(np.int64),
-        latitude,
-        longitude,
-        _numbers(column("sog")),
-        _numbers(column("cog")),
-        _numbers(column("heading")),
-    ).take(readable)
-    if len(reports) == 0:
-        raise InputError(f"{path}: no report can be read; times must be ISO 8601 (UTC)")
-    who = [
-        [text for text, kept in zip(column(name), readable, strict=True) if kept]
-        for name in ("name", "length", "beam", "type")
-    ]
-    return Recording(
-        reports,
-        _particulars(reports.mmsi, who),
-        counted(cut + int(np.sum(~readable)), "unreadable (cut off, or no time or MMSI)"),
-    )
+    except pa.ArrowInvalid:
+        return None
+    return None if odd else table
 
 
-def _numbers(texts: Sequence[str]) -> np.ndarray:
-    """Numbers of texts; NaN where a text is none."""
+def _mended(block: bytes, number: int, layout: Layout, tally: Tally) -> tuple[bytes, np.ndarray]:
+    """The lines of a block that are rows, and their numbers; the others are counted.
+
+    Fields beyond the header that are empty do no harm (a comma at the end of the line).
+    """
+    mark = layout.delimiter.encode()
+    kept, rows = [], []
+    for i, line in enumerate(block.split(b"\n")[:-1], number + 1):
+        if b'"' not in line and line.count(mark) == layout.width - 1:
+            kept.append(line)
+            rows.append(i)
+            continue
+        if not line.strip(b" \t" + mark):
+            continue
+        fields = _fields(line.decode("utf-8"), layout.delimiter)
+        if fields is None:
+            reason = QUOTE
+        elif len(fields) < len(layout.header) or any(fields[len(layout.header) :]):
+            reason = f"{len(fields)} fields, the header has {len(layout.header)}"
+        else:
+            fields = fields[: layout.width] + [""] * (layout.width - len(fields))
+            kept.append(_line(fields, layout.delimiter))
+            rows.append(i)
+            continue
+        tally.rows += 1
+        tally.add(reason, i)
+    return b"".join(line + b"\n" for line in kept), np.array(rows, np.int64)
+
+
+def _fields(line: str, delimiter: str) -> list[str] | None:
+    """The fields of a line; None if a quote in it does not close: it holds what is put behind."""
     try:
-        return np.array([text or "nan" for text in texts], dtype=np.float64)
-    except ValueError:
-        return np.array([_number(text) for text in texts], dtype=np.float64)
+        fields = next(csv.reader([line + delimiter + _END], delimiter=delimiter))
+    except csv.Error:  # a field longer than may be
+        return None
+    return fields[:-1] if fields[-1] == _END else None
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
-
-
-def _times(texts: Sequence[str]) -> np.ndarray:
-    """Seconds since 1970 of ISO 8601 texts (UTC); NaN where a text is none."""
-    plain = [text.strip().removesuffix("Z").removesuffix("+00:00") for text in texts]
-    try:
-        times = np.array(plain, dtype="datetime64[ms]")
-    except ValueError:
-        times = np.array([_time(text) for text in plain], dtype="datetime64[ms]")
-    return np.where(np.isnat(times), np.nan, times.astype(np.int64) / 1000.0)
-
-
-def _time(text: str) -> np.datetime64:
-    try:
-        return np.datetime64(text, "ms")
-    except ValueError:
-        return np.datetime64("NaT", "ms")
-
-
-def _particulars(mmsi: np.ndarray, columns: Sequence[Sequence[str]]) -> dict[int, Particulars]:
-    """Of each ship the last particulars that say something."""
-    found: dict[int, list[str]] = {}
-    for ship, *fields in zip(mmsi.tolist(), *columns, strict=True):
-        known = found.setdefault(ship, [""] * len(fields))
-        for i, text in enumerate(fields):
-            if text:
-                known[i] = text
-    return {
-        ship: Particulars(name.strip() or None, _size(length), _size(beam), kind or None)
-        for ship, (name, length, beam, kind) in found.items()
-    }
-
-
-def _size(text: str) -> float | None:
-    value = _number(text)
-    return value if value > 0 else None
+def _line(fields: Sequence[str], delimiter: str) -> bytes:
+    quoted = ['"' + f.replace('"', '""') + '"' if '"' in f or delimiter in f else f for f in fields]
+    return delimiter.join(quoted).encode("utf-8")

@@ -5,17 +5,15 @@ beside the sentence, or of the latest RMC. Own ship's sensors are kept under ``O
 AIVDO under her own MMSI.
 """
 
-import dataclasses
-import gzip
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
+from glasshelm.ais.files import TextFile
 from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
 from glasshelm.errors import InputError
-from glasshelm.feeds.lines import Lines
 from glasshelm.feeds.nmea import NmeaReader
 from glasshelm.feeds.types import Counts, Refusal, Report
 from glasshelm.ships import KNOT_M_S
@@ -24,7 +22,6 @@ from glasshelm.ships import KNOT_M_S
 BATCH = 65_536
 #: What a sound recording holds beside what is of use: not told.
 _USUAL = frozenset((Refusal.UNUSED, Refusal.NO_SHIP, Refusal.NOTHING_TOLD))
-_PIECE = 1 << 20
 
 Ships = dict[int, Particulars]
 
@@ -34,17 +31,29 @@ def read_nmea(path: Path) -> Recording:
 
     InputError if there is no sentence in it, or none that tells where a ship is and when.
     """
-    counts, ships = Counts(), Ships()
-    batches = list(nmea_batches(_lines_of(path), counts, ships))
-    if not batches:
+    notes: list[str] = []
+    parts = list(nmea_recordings(path, lambda reports: np.ones(len(reports), bool), notes))
+    return Recording.joined(parts, notes)
+
+
+def nmea_recordings(
+    path: str | Path, wanted: Callable[[Reports], np.ndarray], notes: list[str]
+) -> Iterator[Recording]:
+    """An NMEA file part by part; of each part the reports that are ``wanted``.
+
+    The last part tells who the ships are; what could not be used is in ``notes`` at the end.
+    InputError as :func:`read_nmea`.
+    """
+    counts, ships, found = Counts(), Ships(), False
+    with TextFile(path) as file:
+        for reports in nmea_batches(file.lines(), counts, ships):
+            found = True
+            yield Recording(reports.take(wanted(reports)), {})
+        notes.extend(file.notes)
+    if not found:
         raise InputError(f"{path}: {_why_nothing(counts)}")
-    reports = Reports(
-        *(
-            np.concatenate([getattr(batch, field.name) for batch in batches])
-            for field in dataclasses.fields(Reports)
-        )
-    )
-    return Recording(reports, ships, _notes(counts))
+    notes.extend(_notes(counts))
+    yield Recording(Reports.joined([]), ships)
 
 
 def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterator[Reports]:
@@ -62,14 +71,6 @@ def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterat
     reader.end()
     if rows:
         yield _table(rows)
-
-
-def _lines_of(path: Path) -> Iterator[bytes]:
-    lines = Lines()
-    with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
-        while piece := file.read(_PIECE):
-            yield from lines.feed(piece)
-    yield from lines.end()
 
 
 def _row(number: int, r: Report) -> tuple[float, ...]:

@@ -1,12 +1,16 @@
 """The one table that every AIS source is read into: reports, and what ships say of themselves."""
 
 import dataclasses
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from jaxtyping import Float64, Int64
 
-#: The number under which a file's own ship without an MMSI is kept (CSV rows ``kind=own``).
-OWN_SENSORS = 0
+#: The number under which a file's own ship without an MMSI is kept (CSV rows ``kind=own``). No file
+#: can name it: identities are 1 to 999,999,999.
+OWN_SENSORS = -1
+#: The number of a base station, an aid to navigation or an aircraft that a file says is one.
+NO_SHIP = 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,6 +21,15 @@ class Particulars:
     length_m: float | None = None
     beam_m: float | None = None
     kind: str | None = None
+
+    def then(self, later: "Particulars") -> "Particulars":
+        """What was said first, overruled by what was said later."""
+        return Particulars(
+            later.name or self.name,
+            later.length_m or self.length_m,
+            later.beam_m or self.beam_m,
+            later.kind or self.kind,
+        )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,9 +51,18 @@ class Reports:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def take(self, which: np.ndarray) -> "Reports":
-        """The rows of a mask or of indices."""
+    def take(self, which: np.ndarray | slice) -> "Reports":
+        """The rows of a mask, of indices or of a slice."""
         return Reports(*(getattr(self, f.name)[which] for f in dataclasses.fields(self)))
+
+    @staticmethod
+    def joined(parts: "Sequence[Reports]") -> "Reports":
+        """The rows of tables, one after another."""
+        empty = Reports(np.zeros(0), np.zeros(0, np.int64), *(np.zeros(0) for _ in range(5)))
+        columns = [f.name for f in dataclasses.fields(Reports)]
+        return Reports(
+            *(np.concatenate([getattr(part, c) for part in (empty, *parts)]) for c in columns)
+        )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +72,16 @@ class Recording:
     reports: Reports
     ships: dict[int, Particulars]
     notes: tuple[str, ...] = ()
+
+    @staticmethod
+    def joined(parts: "Sequence[Recording]", notes: Iterable[str] = ()) -> "Recording":
+        """Parts of a file as one recording; later particulars overrule earlier ones."""
+        ships: dict[int, Particulars] = {}
+        for part in parts:
+            for mmsi, said in part.ships.items():
+                known = ships.get(mmsi)
+                ships[mmsi] = said if known is None else known.then(said)
+        return Recording(Reports.joined([part.reports for part in parts]), ships, tuple(notes))
 
 
 def counted(count: int, what: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from glasshelm.bridge.logs import Shelf
 from glasshelm.bridge.messages import PilotCard, Source
 from glasshelm.encounters.imazu import imazu_cases
 from glasshelm.encounters.random import FAMILIES
-from glasshelm.encounters.source import BUNDLED, generated, scenario_from
+from glasshelm.encounters.source import BUNDLED, cut, generated, scenario_from
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError, told_as
 from glasshelm.evaluation.entrants import ship_of
@@ -54,7 +54,8 @@ class Catalogue:
     """Scenarios, pilots and logs by the names that the page may use.
 
     ``source`` and ``pilot`` are what the command line named, if not bundled; ``token`` is of
-    the server that ``source`` is, and nobody else gets it.
+    the server that ``source`` is, and nobody else gets it; ``minutes`` is how much of recorded
+    traffic is shown.
     """
 
     def __init__(
@@ -63,9 +64,13 @@ class Catalogue:
         source: str | None = None,
         pilot: str | None = None,
         token: str | None = None,
+        minutes: float | None = None,
     ):
-        self.shelf, self._token = shelf, token
+        self.shelf, self._token, self._cut = shelf, token, cut(minutes)
         self.feed = source if source and is_feed(source) else None
+        simulated = source is not None and _known(source) and source not in BUNDLED
+        if minutes is not None and (self.feed or simulated):
+            raise InputError(f"{source}: minutes are of recorded traffic only")
         self._file = source if source and not (self.feed or _known(source)) else None
         self._weights = pilot if pilot and pilot not in names() else None
         self._pilots: dict[str, Pilot] = {}
@@ -80,7 +85,7 @@ class Catalogue:
         """The scenario of a name of the catalogue, or of a generator."""
         params = ship_named(ship)
         if source in BUNDLED:
-            return scenario_from(source, params, own, at)
+            return scenario_from(source, params, own, at, self._cut)
         if _known(source):
             if own is not None or at is not None:
                 raise InputError(f"{source}: own ship and time are of recorded traffic only")
@@ -124,7 +129,7 @@ class Catalogue:
     def _scenarios(self) -> list[Source]:
         found = [Source(s, _RECORDINGS.get(s, s), "recorded") for s in BUNDLED]
         if self._file is not None:
-            kind = "simulated" if self._file.endswith(".json") else "recorded"
+            kind = "simulated" if ".json" in Path(self._file.lower()).suffixes else "recorded"
             found.insert(0, Source(alias(self._file), alias(self._file), kind))
         if self.feed is not None:
             found.insert(0, Source(alias(self.feed), f"Live: {alias(self.feed)}", "live"))
@@ -139,7 +144,7 @@ class Catalogue:
 
     def _from_file(self, path: str, ship: ShipParams, own: str | None, at: str | None) -> Scenario:
         with told_as(alias(path), path, Path(path)):
-            scenario = scenario_from(path, ship, own, at)
+            scenario = scenario_from(path, ship, own, at, self._cut)
         return dataclasses.replace(scenario, source=alias(path))
 
 

@@ -16,6 +16,7 @@ def run(
     ship: str | None = None,
     own: str | None = None,
     at: str | None = None,
+    minutes: float | None = None,
     replay: Path | None = None,
     log: Path | None = None,
     host: str = "127.0.0.1",
@@ -47,6 +48,7 @@ def run(
             of recorded traffic. Live, she is known without it by her AIVDO or sensors (NMEA 0183)
             or as the server's self (Signal K).
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
+        minutes: In recorded traffic, how long from then (default: as long as own ship is heard).
         replay: Show this log of an earlier session instead of a source.
         log: Folder for the logs (default: the user's data folder, which is printed).
         host: Address to serve on; any but this machine's own needs a token.
@@ -87,7 +89,7 @@ def run(
         writable(logs)
     if signalk_token is not None and not is_signalk(source):
         raise InputError(f"{source}: a Signal K token is for signalk://HOST[:PORT] only")
-    catalogue = Catalogue(Shelf(logs), source, pilot, signalk_token)
+    catalogue = Catalogue(Shelf(logs), source, pilot, signalk_token, minutes)
     if replay is not None:
         session = replayed(replay)
         first = lambda: session  # noqa: E731

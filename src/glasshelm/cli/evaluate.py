@@ -53,10 +53,7 @@ def run(
     from glasshelm.evaluation.tables import report
     from glasshelm.evaluation.workers import workers_named
     from glasshelm.folders import writable
-    from glasshelm.parquet import check_parquet
 
-    if parquet:
-        check_parquet(", or --no-parquet")
     console = Console(stderr=True)
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = entrants(pilots, ships)

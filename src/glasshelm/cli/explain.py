@@ -12,6 +12,7 @@ def run(
     ship: str | None = None,
     own: str | None = None,
     at: str | None = None,
+    minutes: float | None = None,
     advise: bool = False,
     errors: str | None = None,
     out: Path = Path("explained"),
@@ -33,6 +34,7 @@ def run(
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
+        minutes: In recorded traffic, how long from then (default: as long as own ship is heard).
         advise: Own ship keeps her recorded track; the pilot only advises.
         errors: Largest errors of the sensors (10,0.5,0.1: metres, degrees, knots); every frame of a
             sum pilot then carries its certified rudder band.
@@ -55,8 +57,8 @@ def run(
     console = Console(stderr=True)
     title, notes = None, ()
     if source.endswith(".jsonl"):
-        if advise or any(x is not None for x in (pilot, ship, own, at, steps)):
-            left = "pilot, ship, own, at, advise, steps"
+        if advise or any(x is not None for x in (pilot, ship, own, at, minutes, steps)):
+            left = "pilot, ship, own, at, minutes, advise, steps"
             raise InputError(f"{source}: a log is told as it is; leave out {left}")
         frames = list(read(source))
         if errors is not None and frames:
@@ -64,13 +66,13 @@ def run(
         if not frames:
             raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
-        from glasshelm.encounters.source import scenario_from
+        from glasshelm.encounters.source import cut, scenario_from
         from glasshelm.logbook import Logbook
         from glasshelm.manning import manned
         from glasshelm.voyage import sail, steps_of
 
         helm, params = manned(pilot, ship)
-        scenario = scenario_from(source, params, own, at)
+        scenario = scenario_from(source, params, own, at, cut(minutes))
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
         console.print(title, markup=False)
         count = steps_of(scenario, steps)

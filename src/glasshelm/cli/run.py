@@ -12,6 +12,7 @@ def run(
     ship: str | None = None,
     own: str | None = None,
     at: str | None = None,
+    minutes: float | None = None,
     advise: bool = False,
     errors: str | None = None,
     out: Path = Path("frames.jsonl"),
@@ -31,6 +32,7 @@ def run(
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
+        minutes: In recorded traffic, how long from then (default: as long as own ship is heard).
         advise: Own ship keeps her recorded track; the pilot only advises.
         errors: Largest errors of the sensors (10,0.5,0.1: metres, degrees, knots); every frame of a
             sum pilot then carries its certified rudder band.
@@ -46,18 +48,16 @@ def run(
 
     from glasshelm.certify.declared import declared
     from glasshelm.certify.logged import with_bands
-    from glasshelm.encounters.source import scenario_from
+    from glasshelm.encounters.source import cut, scenario_from
     from glasshelm.logbook import Logbook, read
     from glasshelm.manning import manned
-    from glasshelm.parquet import check_parquet, to_parquet
+    from glasshelm.parquet import to_parquet
     from glasshelm.summary import Summary
     from glasshelm.voyage import sail, steps_of
 
-    if parquet is not None:
-        check_parquet()
     console = Console(stderr=True)
     helm, params = manned(pilot, ship)
-    scenario = scenario_from(source, params, own, at)
+    scenario = scenario_from(source, params, own, at, cut(minutes))
     count = steps_of(scenario, steps)
     frames = sail(scenario, helm, count, advise)
     if errors is not None:

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
+from glasshelm.encounters.globe import LOST_AFTER_S, instants
 from glasshelm.ships import NAUTICAL_MILE_M
 
 #: Ships this near at the same minute have met.
@@ -48,7 +49,7 @@ def candidates(
     if not moving.any():
         return ()
     chosen = np.flatnonzero(moving)
-    meetings = _meetings(reports, first[chosen], count[chosen])
+    meetings = _meetings(reports.take(np.isin(reports.mmsi, numbers[chosen])), numbers[chosen])
     longest = heard[chosen].max()
     found = [
         Candidate(
@@ -65,22 +66,10 @@ def candidates(
     return tuple(found[:best])
 
 
-def _meetings(r: Reports, first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """How many of the ships each one has within MEETING_M at the same minute."""
-    start, end = r.time_s.min(), r.time_s.max()
-    grid = np.arange(start, end + _GRID_S, _GRID_S)
-    place = np.full((2, len(first), len(grid)), np.nan)
-    scale = np.cos(np.radians(np.median(r.latitude_deg)))
-    for i, (a, n) in enumerate(zip(first, count, strict=True)):
-        rows = slice(a, a + n)
-        time = r.time_s[rows]
-        inside = (grid >= time[0]) & (grid <= time[-1])
-        for axis, degrees in enumerate((r.longitude_deg[rows] * scale, r.latitude_deg[rows])):
-            place[axis, i, inside] = np.interp(grid[inside], time, degrees) * 60 * NAUTICAL_MILE_M
-    met = np.zeros((len(first), len(first)), bool)
-    for minute in range(len(grid)):
-        x, y = place[:, :, minute]
-        apart = np.hypot(x[:, None] - x, y[:, None] - y)  # NaN where one is not heard: not met
-        met |= apart < MEETING_M
-    np.fill_diagonal(met, False)
-    return met.sum(axis=1)
+def _meetings(reports: Reports, numbers: np.ndarray) -> np.ndarray:
+    """How many of the ships each one has within MEETING_M at the same whole minute."""
+    met = np.zeros((0, 2), np.int64)
+    for ships in instants(reports, _GRID_S, LOST_AFTER_S):
+        pairs = np.searchsorted(numbers, ships.mmsi[ships.pairs(MEETING_M)])
+        met = np.unique(np.concatenate([met, np.sort(pairs, axis=1)]), axis=0)
+    return np.bincount(met.ravel(), minlength=len(numbers))

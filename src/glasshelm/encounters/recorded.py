@@ -8,27 +8,25 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.ais.cleaning import clean
-from glasshelm.ais.csv_file import read_csv
 from glasshelm.ais.mmsi import called
-from glasshelm.ais.nmea_file import read_nmea
-from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
-from glasshelm.encounters.candidates import UNDER_WAY_KN, candidates
+from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
+from glasshelm.encounters.candidates import UNDER_WAY_KN
+from glasshelm.encounters.globe import LOST_AFTER_S
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.random import WIDE
+from glasshelm.encounters.recording import RECORDED, Part, near_her, read_part
 from glasshelm.encounters.tracks import Row, single_track, stack_rows
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
 from glasshelm.errors import InputError
 from glasshelm.geometry import Vector
 from glasshelm.ships import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState
 
-RECORDED = "recorded"
-#: A ship not heard for so long is lost: two missed reports of a class A ship at anchor (3 min).
-LOST_AFTER_S = 360.0
 #: A ship that never gets farther than this from her start goes nowhere.
 GOES_NOWHERE_M = 500.0
 #: AIS reports that stay this near to the recorder's own sensors are her own.
 ECHO_M = 150.0
+#: A scenario has no more legs, counted as ships times reports of the ship that reports most.
+MOST_LEGS = 20_000_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,17 +38,8 @@ class RecordingSettings:
     nearest_waypoint_m: float = WIDE.waypoint_m[0]
     #: Own ship's length; None: the recording's, or else the preset's.
     loa_m: float | None = None
-
-
-def read_recording(path: Path) -> Recording:
-    """The cleaned recording of a CSV or NMEA file (by its name, or its first line)."""
-    kinds = [suffix.lower() for suffix in path.suffixes if suffix.lower() != ".gz"]
-    is_csv = bool(kinds) and kinds[-1] == ".csv"
-    raw = read_csv(path) if is_csv else read_nmea(path)
-    reports, notes = clean(raw.reports)
-    if len(reports) == 0:
-        raise InputError(f"{path}: no usable report ({'; '.join(notes)})")
-    return Recording(reports, raw.ships, raw.notes + notes)
+    #: How long from t = 0 on; None: as long as own ship is heard.
+    lasts_s: float | None = None
 
 
 def recorded_scenario(
@@ -74,22 +63,33 @@ def recorded_scenario(
     InputError if there is no such ship, she goes nowhere, or ``at`` is not a
     time at which she is heard.
     """
-    path = Path(path)
-    recording = read_recording(path)
-    reports, notes = recording.reports, list(recording.notes)
-    number = _own_number(path, recording, own)
+    part = read_part(path, own, at, settings.lasts_s, settings.lost_after_s)
+    return scenario_of(path, part, ship, settings)
+
+
+def scenario_of(
+    path: str | Path,
+    part: Part,
+    ship: ShipParams,
+    settings: RecordingSettings = RecordingSettings(),
+) -> Scenario:
+    """The scenario of a part of a recording; as :func:`recorded_scenario`."""
+    number, t0, notes = part.own, part.start_s, list(part.recording.notes)
+    reports, ships = part.recording.reports, part.recording.ships
     mine = reports.take(reports.mmsi == number)
-    t0 = _start_time(path, mine, at)
+    if settings.lasts_s is not None:
+        mine = mine.take(mine.time_s <= t0 + settings.lasts_s)
+    reports = reports.take((reports.mmsi == OWN_SENSORS) | near_her(mine, reports))
     plane, now = _plane_at(mine, t0, settings)
     own_row = _row(mine, plane, t0, settings.lost_after_s)
     echo = _echo(reports)
     if number == OWN_SENSORS:
         hidden = [OWN_SENSORS] if echo is None else [OWN_SENSORS, echo]
-        known = recording.ships.get(echo if echo is not None else OWN_SENSORS, Particulars())
+        known = ships.get(echo if echo is not None else OWN_SENSORS, Particulars())
     else:
         # Heard over AIS as well as by her own sensors, the recorder would be there twice.
         hidden = [number] if echo is None else [number, OWN_SENSORS]
-        known = recording.ships.get(number, Particulars())
+        known = ships.get(number, Particulars())
     if number == OWN_SENSORS and echo is not None:
         notes.append(f"MMSI {echo} is own ship's echo: left out of the traffic")
     duration = float(mine.time_s[-1] - t0)
@@ -98,8 +98,14 @@ def recorded_scenario(
     others = reports.take(~np.isin(reports.mmsi, hidden))
     heard = (others.time_s > t0 - settings.lost_after_s) & (others.time_s <= t0 + duration)
     others = others.take(heard)
+    rows = [_row(r, plane, t0, settings.lost_after_s) for r in _by_ship(others)]
+    longest = max((len(row.start_s) for row in rows), default=0)
+    if len(rows) * longest > MOST_LEGS:
+        raise InputError(
+            f"{path}: {len(rows)} ships with up to {longest} reports each: too much to sail "
+            "through: choose --at and --minutes"
+        )
     numbers = np.unique(others.mmsi).tolist()
-    rows = [_row(others.take(others.mmsi == n), plane, t0, settings.lost_after_s) for n in numbers]
     heading = mine.heading_deg[now] if np.isfinite(mine.heading_deg[now]) else mine.cog_deg[now]
     name = known.name or ("own ship" if number == OWN_SENSORS else f"MMSI {number}")
     return Scenario(
@@ -111,7 +117,7 @@ def recorded_scenario(
             stack_rows(rows),
             jnp.ones(len(rows), bool),
         ),
-        targets=tuple(_info(n, recording.ships.get(n, Particulars())) for n in numbers),
+        targets=tuple(_info(n, ships.get(n, Particulars())) for n in numbers),
         ship=ship,
         duration_s=duration,
         own_name=name,
@@ -122,44 +128,10 @@ def recorded_scenario(
     )
 
 
-def _own_number(path: Path, recording: Recording, own: int | str | None) -> int:
-    """The number of own ship's reports; InputError with the best candidates if it is not there."""
-    numbers = set(np.unique(recording.reports.mmsi).tolist())
-    if own is None and OWN_SENSORS in numbers:
-        return OWN_SENSORS
-    if own is not None and str(own).strip().lower() == RECORDED:
-        if OWN_SENSORS in numbers:
-            return OWN_SENSORS
-        problem = "no recorded own ship in it"
-    elif own is None:
-        problem = "no own ship in it"
-    elif str(own).strip().isdigit():
-        if int(own) in numbers - {OWN_SENSORS}:
-            return int(own)
-        problem = f"no usable report of MMSI {own} in it"
-    else:
-        raise InputError(f"own ship {own!r}: must be an MMSI or {RECORDED!r}")
-    best = candidates(recording.reports, recording.ships)
-    listed = "; ".join(map(str, best)) or "none is under way"
-    raise InputError(f"{path}: {problem}; choose --own MMSI, for instance {listed}")
-
-
-def _start_time(path: Path, mine: Reports, at: str | datetime | None) -> float:
-    """The time of t = 0 in seconds since 1970."""
-    first, last = float(mine.time_s[0]), float(mine.time_s[-1])
-    if at is None:
-        return first
-    if isinstance(at, str):
-        day = datetime.fromtimestamp(first, UTC).date().isoformat()
-        try:
-            at = datetime.fromisoformat(at if "-" in at else f"{day}T{at}")
-        except ValueError:
-            raise InputError(f"time {at!r}: must be ISO 8601, or a time of day") from None
-    time = (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
-    if not first <= time < last:
-        begin, end = (datetime.fromtimestamp(t, UTC).isoformat()[:19] for t in (first, last))
-        raise InputError(f"{path}: own ship is heard from {begin} to {end}, not at {at}")
-    return time
+def _by_ship(reports: Reports) -> list[Reports]:
+    """The reports of each ship, of a table sorted by ship."""
+    parts = np.split(np.arange(len(reports)), np.flatnonzero(np.diff(reports.mmsi)) + 1)
+    return [reports.take(rows) for rows in parts if len(rows)]
 
 
 def _plane_at(mine: Reports, t0: float, settings: RecordingSettings) -> tuple[Plane, int]:
@@ -196,11 +168,13 @@ def _echo(reports: Reports) -> int | None:
         their_north - np.interp(others.time_s, mine.time_s, north),
     )
     within = (others.time_s >= mine.time_s[0]) & (others.time_s <= mine.time_s[-1])
-    for number in np.unique(others.mmsi):
-        away = apart[(others.mmsi == number) & within]
-        if len(away) >= 3 and away.max() < ECHO_M:
-            return int(number)
-    return None
+    if not within.any():
+        return None
+    numbers, first = np.unique(others.mmsi, return_index=True)
+    farthest = np.maximum.reduceat(np.where(within, apart, 0.0), first)
+    heard = np.add.reduceat(within.astype(int), first)
+    echoes = numbers[(heard >= 3) & (farthest < ECHO_M)]
+    return int(echoes[0]) if len(echoes) else None
 
 
 def _fitted(
@@ -235,7 +209,7 @@ def _fitted(
 
 
 def _waypoint(
-    path: Path, number: int, own_row: Row, settings: RecordingSettings, notes: list[str]
+    path: str | Path, number: int, own_row: Row, settings: RecordingSettings, notes: list[str]
 ) -> tuple[float, float]:
     """Own ship's waypoint; InputError if she goes nowhere."""
     ahead = own_row.start_s >= 0

@@ -42,13 +42,13 @@ def read_situation(path: str | Path, ship: ShipParams) -> Scenario:
 
     Own ship keeps K, T and rudder of ``ship``; her length, beam and speed are
     the file's where it gives them. Targets sail along their waypoints at their
-    leg speeds and keep straight on after the last. A file without targets is
+    leg speeds and keep straight on after the last. A file that says it has no targets is
     a scenario of no ships. InputError names the file and the field if one is
     missing or impossible, or if a target starts within own ship's length.
     """
     file = Path(path)
-    situation = read_file(file)
-    notes: list[str] = []
+    situation, unused = read_file(file)
+    notes = [f"not used in the file: {', '.join(unused)[:200]}"] if unused else []
     own = voyage(situation.own_ship, f"{file}: ownShip")
     if own.speeds_kn[0] == 0:
         raise InputError(f"{file}: ownShip stands still (sog 0): it must be above 0")

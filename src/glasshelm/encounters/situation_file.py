@@ -12,6 +12,7 @@ from pathlib import Path
 
 import msgspec
 
+from glasshelm.ais.files import read_document
 from glasshelm.errors import InputError
 
 SCHEMA_VERSION = "0.2.0"
@@ -112,18 +113,60 @@ class Voyage:
     kind: str | None
 
 
-def read_file(path: Path) -> Situation:
-    """The situation of a file; InputError if it is missing, not JSON, or of another layout."""
+def read_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
+    """The situation of a file, packed or not, in any encoding, and its keys that are not used.
+
+    InputError if it is missing, not JSON, something else than a situation, or of another layout.
+    """
+    data = read_document(path)
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        return msgspec.json.decode(data, type=Situation)
+        keys = _keys_of(path, data)
+        situation = msgspec.json.decode(data, type=Situation)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a DNV traffic situation: nested too deep") from None
+    if situation.target_ships is None and situation.target_ship is None:
+        raise InputError(
+            f'{path}: no targetShips: a situation without any says so by "targetShips": []'
+        )
+    used = {field.encode_name for field in msgspec.structs.fields(Situation)}
+    return situation, tuple(key for key in keys if key not in used)
+
+
+#: What JSON holds that is no situation, by keys that it has; what would be right.
+_OTHERS: tuple[tuple[frozenset[str], str], ...] = (
+    (frozenset({"encounters"}), "an input of the generator (encounters), not a situation: give "
+     "what the generator makes of it"),
+    (frozenset({"time_s", "own", "targets"}), "a log of frames, not a source: use glasshelm "
+     "explain or whatif, or bridge --replay"),
+    (frozenset({"type", "features"}), "GeoJSON, not a situation"),
+    (frozenset({"type", "geometry"}), "GeoJSON, not a situation"),
+    (frozenset({"type", "coordinates"}), "GeoJSON, not a situation"),
+    (frozenset({"updates"}), "Signal K deltas, not a situation: use signalk://HOST"),
+    (frozenset({"self", "version"}), "Signal K deltas, not a situation: use signalk://HOST"),
+)  # fmt: skip
+
+
+def _keys_of(path: Path, data: bytes) -> tuple[str, ...]:
+    """The keys of a situation; InputError, by name, if a document is something else."""
+    first, _, more = data.strip().partition(b"\n")
+    decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
+    try:  # lines of JSON
+        keys = tuple(decoder.decode(first if more.lstrip()[:1] == b"{" else data))
+    except msgspec.ValidationError:
+        raise
+    except msgspec.DecodeError:
+        keys = tuple(decoder.decode(data))
+    what = next((text for wanted, text in _OTHERS if wanted <= frozenset(keys)), None)
+    if what is not None:
+        raise InputError(f"{path}: {what}")
+    if "ownShip" not in keys:
+        given = ", ".join(keys)[:80] or "nothing"
+        raise InputError(f"{path}: not a DNV traffic situation: no ownShip in it, but {given}")
+    return keys
 
 
 def voyage(vessel: Vessel, where: str) -> Voyage:

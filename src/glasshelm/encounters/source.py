@@ -1,10 +1,12 @@
 """One string names any encounter: random, designed, a situation file, recorded traffic."""
 
 import dataclasses
+import math
 from datetime import datetime
 from importlib.resources import as_file, files
 from pathlib import Path
 
+from glasshelm.ais.reading import kind_of
 from glasshelm.encounters.imazu import imazu_scenario
 from glasshelm.encounters.random import FAMILIES, random_scenario
 from glasshelm.encounters.recorded import RecordingSettings, recorded_scenario
@@ -21,8 +23,8 @@ BUNDLED: dict[str, tuple[str, str | None]] = {
 SOURCES = (
     "random:SEED, random:SEED:SHIPS, wide:SEED, converging:SEED, "
     "imazu:1 to imazu:22, imazu:8b, imazu:12b, "
-    f"{', '.join(BUNDLED)}, or a file: .json (DNV traffic situation), "
-    ".csv, .nmea (AIS; also .gz)"
+    f"{', '.join(BUNDLED)}, or a file: a DNV traffic situation (json), "
+    "a table of AIS (csv, parquet), or sentences (nmea)"
 )
 MOST_SHIPS = 500
 _LARGEST_SEED = 2**31 - 1
@@ -55,15 +57,24 @@ def scenario_from(
             scenario = recorded_scenario(path, ship, chosen, at, settings)
         return dataclasses.replace(scenario, source=source)
     path = Path(source)
-    if kind in (*FAMILIES, "imazu") and not path.exists():
-        _only_recorded(source, own, at)
+    if kind in (*FAMILIES, "imazu") and not _is_file(path):
+        _only_recorded(source, own, at, settings)
         return generated(source, ship)
-    if not path.is_file():
-        raise InputError(f"no source {source!r} (nor such a file): choose {SOURCES}")
-    if _is_json(path):
-        _only_recorded(source, own, at)
+    if not _is_file(path):
+        raise InputError(f"no source {source[:200]!r} (nor such a file): choose {SOURCES}")
+    if kind_of(path) == "json":
+        _only_recorded(source, own, at, settings)
         return read_situation(path, ship)
     return recorded_scenario(path, ship, own, at, settings)
+
+
+def cut(minutes: float | None) -> RecordingSettings:
+    """Settings by which so much of a recording is read; None: as long as own ship is heard."""
+    if minutes is None:
+        return RecordingSettings()
+    if not 0 < minutes < math.inf:
+        raise InputError(f"{minutes:g} minutes: must be more than 0")
+    return RecordingSettings(lasts_s=60.0 * minutes)
 
 
 def generated(source: str, ship: ShipParams) -> Scenario:
@@ -95,16 +106,15 @@ def _random(family: str, rest: str, ship: ShipParams) -> Scenario:
     return random_scenario(int(seed), ship, settings)
 
 
-def _only_recorded(source: str, own: object, at: object) -> None:
-    if own is not None or at is not None:
-        what = "an own ship" if own is not None else "a start time"
-        raise InputError(f"{source}: {what} can be chosen only in recorded traffic")
+def _only_recorded(source: str, own: object, at: object, settings: RecordingSettings) -> None:
+    given = {"an own ship": own, "a start time": at, "a number of minutes": settings.lasts_s}
+    for what, value in given.items():
+        if value is not None:
+            raise InputError(f"{source}: {what} can be chosen only in recorded traffic")
 
 
-def _is_json(path: Path) -> bool:
-    """By the name; for a name that says nothing, by the first character."""
-    suffix = path.suffix.lower()
-    if suffix in (".json", ".csv", ".nmea", ".gz"):
-        return suffix == ".json"
-    with path.open("rb") as file:
-        return file.read(64).lstrip()[:1] == b"{"
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False

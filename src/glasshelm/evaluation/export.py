@@ -8,14 +8,12 @@ import numpy as np
 from glasshelm.errors import InputError
 from glasshelm.evaluation.colregs import Kind
 from glasshelm.evaluation.results import Columns, Sailed
-from glasshelm.parquet import check_parquet
 
 ENCOUNTERS, MEETINGS = "encounters.parquet", "meetings.parquet"
 
 
 def write_parquet(sailed: tuple[Sailed, ...], out: Path) -> list[Path]:
     """Write both tables into a folder. What does not exist (the nearest of no ships) is null."""
-    check_parquet()
     paths = []
     for name, columns_of in ((ENCOUNTERS, _encounters), (MEETINGS, _meetings)):
         paths.append(out / name)

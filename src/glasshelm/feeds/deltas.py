@@ -4,9 +4,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 import msgspec
-import numpy as np
 
-from glasshelm.ais.cleaning import no_ship
+from glasshelm.ais.limits import is_vessel_mmsi
 from glasshelm.feeds.clock import StreamClock
 from glasshelm.feeds.delta_times import time_of
 from glasshelm.feeds.delta_values import read_values
@@ -159,4 +158,4 @@ def _full(identity: str) -> str:
 
 
 def _no_ship(number: str) -> bool:
-    return len(number) > 9 or bool(no_ship(np.array([int(number)])).any())
+    return len(number) > 9 or not is_vessel_mmsi(int(number))

@@ -1,13 +1,13 @@
 """NMEA 0183 from where it comes: a TCP server, UDP datagrams, a file."""
 
 import asyncio
-import gzip
 import math
-import zlib
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any
 
+from glasshelm.ais.files import TextFile
+from glasshelm.errors import InputError, told_as
 from glasshelm.feeds.again import Backoff
 from glasshelm.feeds.epoch import BELIEVED_S, TrafficTime
 from glasshelm.feeds.lines import Lines
@@ -125,7 +125,7 @@ class _Listener(asyncio.DatagramProtocol):
 
 
 class FileFeed(Begun):
-    """A file of NMEA (plain or .gz) played at the times of its tag blocks, or of its RMC.
+    """A file of NMEA (packed or not, in any encoding) played at the times of its tag blocks, or of its RMC.
 
     ``pace`` is how many seconds of the file pass in one; it may be changed while
     playing, and ``inf`` does not wait at all. The time that passes is the one that most ships
@@ -167,18 +167,15 @@ class FileFeed(Begun):
             await asyncio.sleep(step / self.pace)
             seconds -= step
 
-    def _lines(self) -> Iterator[Iterator[bytes]]:
-        """The lines of the file, piece by piece."""
-        lines = Lines()
+    def _lines(self) -> Iterator[list[bytes]]:
+        """The lines of the file, block by block."""
         try:
-            zipped = self._path.suffix.lower() == ".gz"
-            with gzip.open(self._path) if zipped else self._path.open("rb") as file:
-                while piece := file.read(_PIECE):
-                    yield lines.feed(piece)
-        except (OSError, EOFError, zlib.error) as error:
-            why = f"{self._path.name}: cannot be read ({reason(error, _SILENT)})"
-            raise self.ended(why) from None
-        yield lines.end()
+            with told_as(self._path.name, self._path), TextFile(self._path) as file:
+                for block in file.blocks(_PIECE):
+                    yield block.split(b"\n")
+                self.trouble = "; ".join(file.notes) or None
+        except InputError as error:
+            raise self.ended(str(error)) from None
 
 
 def _lines_of(datagram: bytes) -> Iterator[bytes]:

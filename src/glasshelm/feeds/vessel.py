@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from glasshelm.ais.cleaning import (
     AGREEING,
     BASELINE_S,
-    FASTEST_KN,
     POSITION_ERROR_M,
     REPEAT_S,
     SHORT_WAY_M,
     STALE_S,
 )
+from glasshelm.ais.limits import FASTEST_KN
 from glasshelm.encounters.candidates import UNDER_WAY_KN
 from glasshelm.feeds.types import Refusal, Report
 from glasshelm.ships import KNOT_M_S

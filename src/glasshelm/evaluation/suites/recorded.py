@@ -12,14 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from glasshelm.ais.table import OWN_SENSORS, Reports
-from glasshelm.encounters.projection import Plane
-from glasshelm.encounters.recorded import (
-    LOST_AFTER_S,
-    RecordingSettings,
-    read_recording,
-    recorded_scenario,
-)
+from glasshelm.ais.table import OWN_SENSORS, Recording, Reports
+from glasshelm.encounters.globe import LOST_AFTER_S, Instant, closest, instants
+from glasshelm.encounters.recorded import RecordingSettings, scenario_of
+from glasshelm.encounters.recording import RECORDED, Part, read_recording
 from glasshelm.encounters.source import BUNDLED
 from glasshelm.encounters.types import Scenario
 from glasshelm.errors import InputError
@@ -29,6 +25,10 @@ from glasshelm.ships import KNOT_M_S, NAUTICAL_MILE_M, ShipParams
 
 #: Of the bundled recordings; the other one lasts ten minutes.
 LONGEST = "new-york"
+#: Own ship's waypoint is where she is so much later [s], if she is heard for as long.
+HEADING_FOR_S = 3600.0
+#: A ship silent for so long [s] begins anew.
+SILENT_S = 6 * 3600.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,12 +65,12 @@ def recorded_suites(paths: list[Path], ship: ShipParams) -> list[Suite]:
 
 
 def _suite(path: Path, name: str, ship: ShipParams, settings: Windows = Windows()) -> Suite:
-    reports = read_recording(path).reports
-    scenarios = []
-    for window in windows(reports, settings):
-        scenario = _scenario(path, name, window, ship, settings)
-        if scenario is not None:
-            scenarios.append(scenario)
+    recording = read_recording(path)
+    found = (
+        _scenario(path, name, recording, window, ship, settings)
+        for window in windows(recording.reports, settings)
+    )
+    scenarios = [scenario for scenario in found if scenario is not None]
     if not scenarios:
         raise InputError(f"{path}: no window in which ships under way close to a CPA")
     note = (
@@ -83,14 +83,18 @@ def _suite(path: Path, name: str, ship: ShipParams, settings: Windows = Windows(
 
 
 def _scenario(
-    path: Path, name: str, window: Window, ship: ShipParams, settings: Windows
+    path: Path, name: str, recording: Recording, window: Window, ship: ShipParams, settings: Windows
 ) -> Scenario | None:
-    at = datetime.fromtimestamp(window.begins_s, UTC)
-    own = "recorded" if window.mmsi == OWN_SENSORS else window.mmsi
+    own = RECORDED if window.mmsi == OWN_SENSORS else window.mmsi
+    times = recording.reports.time_s
+    around = (times > window.begins_s - LOST_AFTER_S) & (times <= window.begins_s + HEADING_FOR_S)
+    traffic = Recording(recording.reports.take(around), recording.ships, recording.notes)
     try:
-        found = recorded_scenario(path, ship, own, at, RecordingSettings())
+        part = Part(traffic, window.mmsi, window.begins_s)
+        found = scenario_of(path, part, ship, RecordingSettings())
     except InputError:  # she goes nowhere after all
         return None
+    at = datetime.fromtimestamp(window.begins_s, UTC)
     return dataclasses.replace(
         found,
         source=f"{name} --own {own} --at {at:%H:%M:%S}",
@@ -100,59 +104,43 @@ def _scenario(
 
 def windows(reports: Reports, settings: Windows = Windows()) -> list[Window]:
     """The windows of cleaned reports, in order of own ship and time."""
-    ships = [int(n) for n in np.unique(reports.mmsi)]
-    plane = Plane(float(np.median(reports.latitude_deg)), float(np.median(reports.longitude_deg)))
-    first, last = reports.time_s.min(), reports.time_s.max()
-    grid = np.arange(first, last - settings.tcpa_s[0], settings.every_s)
-    place, motion, here = _reckoned(reports, ships, plane, grid)
-    # A ship must be heard long enough for the meeting to come, or her window ends before it.
-    ends = np.array([reports.time_s[reports.mmsi == ship].max() for ship in ships])
+    ends = _last_heard(reports)
+    free_from: dict[int, float] = {}
     found = []
-    for i, mmsi in enumerate(ships):
-        free_from = -np.inf
-        for k, time in enumerate(grid):
-            enough = ends[i] - time >= settings.tcpa_s[1]
-            if time < free_from or not here[i, k] or not enough:
-                continue
-            closing = _closing(i, place[:, k], motion[:, k], here[:, k], settings)
-            if len(closing):
-                found.append(Window(mmsi, float(time), tuple(ships[j] for j in closing)))
-                free_from = time + settings.lasts_s
-    return found
+    for ships in instants(reports, settings.every_s):
+        speed = np.linalg.norm(ships.velocity_m_s, axis=-1)
+        ships = ships.take(speed >= settings.slowest_m_s)
+        for own, closing in _closing(ships, settings).items():
+            time, last = ships.time_s, ends[own]
+            # A ship must be heard long enough for the meeting to come, or her window ends before.
+            later = last[np.searchsorted(last, time) :]
+            heard = len(later) > 0 and later[0] - time >= settings.tcpa_s[1]
+            if heard and time >= free_from.get(own, -np.inf):
+                found.append(Window(own, time, tuple(sorted(closing))))
+                free_from[own] = time + settings.lasts_s
+    return sorted(found, key=lambda window: (window.mmsi, window.begins_s))
 
 
-def _reckoned(
-    reports: Reports, ships: list[int], plane: Plane, grid: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places [ships, times, 2], velocities and who is there, from each ship's latest report."""
-    shape = (len(ships), len(grid))
-    place, motion, here = np.zeros((*shape, 2)), np.zeros((*shape, 2)), np.zeros(shape, bool)
-    east, north = plane.to_plane(reports.latitude_deg, reports.longitude_deg)
-    speed, course = reports.sog_kn * KNOT_M_S, np.radians(reports.cog_deg)
-    velocity = np.stack([speed * np.sin(course), speed * np.cos(course)], axis=-1)
-    for i, ship in enumerate(ships):
-        rows = np.flatnonzero(reports.mmsi == ship)
-        latest = np.searchsorted(reports.time_s[rows], grid, side="right") - 1
-        row = rows[np.maximum(latest, 0)]
-        age = grid - reports.time_s[row]
-        here[i] = (latest >= 0) & (age < LOST_AFTER_S)
-        motion[i] = velocity[row]
-        place[i] = np.stack([east[row], north[row]], -1) + velocity[row] * age[:, None]
-    return place, motion, here
+def _last_heard(reports: Reports) -> dict[int, np.ndarray]:
+    """Of each ship the times after which she falls silent for long, in order; her last is one."""
+    order = np.lexsort((reports.time_s, reports.mmsi))
+    mmsi, time_s = reports.mmsi[order], reports.time_s[order]
+    over = np.append((np.diff(mmsi) != 0) | (np.diff(time_s) > SILENT_S), True)
+    ships, first = np.unique(mmsi[over], return_index=True)
+    return dict(zip(ships.tolist(), np.split(time_s[over], first[1:]), strict=True))
 
 
-def _closing(
-    own: int, place: np.ndarray, motion: np.ndarray, here: np.ndarray, settings: Windows
-) -> np.ndarray:
-    """The ships under way that would pass ``own`` within the limits."""
-    away, relative = place - place[own], motion - motion[own]
-    square = np.maximum(np.sum(relative**2, -1), 1e-6)
-    tcpa = -np.sum(away * relative, -1) / square
-    dcpa = np.linalg.norm(away + relative * tcpa[:, None], axis=-1)
-    under_way = here & (np.linalg.norm(motion, axis=-1) >= settings.slowest_m_s)
-    if not under_way[own]:
-        return np.zeros(0, int)
+def _closing(ships: Instant, settings: Windows) -> dict[int, list[int]]:
+    """Of each ship those who would pass her within the limits."""
+    if len(ships.mmsi) < 2:
+        return {}
+    fastest = float(np.linalg.norm(ships.velocity_m_s, axis=-1).max())
+    pairs = ships.pairs(settings.dcpa_m + 2 * fastest * settings.tcpa_s[1])
+    range_m, tcpa, dcpa = closest(ships, pairs)
     low, high = settings.tcpa_s
     near = (dcpa <= settings.dcpa_m) & (tcpa >= low) & (tcpa <= high)
-    apart = np.linalg.norm(away, axis=-1) >= settings.nearest_m
-    return np.flatnonzero(near & under_way & apart & (np.arange(len(here)) != own))
+    found: dict[int, list[int]] = {}
+    for one, other in ships.mmsi[pairs[near & (range_m >= settings.nearest_m)]].tolist():
+        found.setdefault(one, []).append(other)
+        found.setdefault(other, []).append(one)
+    return found
