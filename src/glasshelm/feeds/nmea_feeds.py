@@ -125,7 +125,7 @@ class _Listener(asyncio.DatagramProtocol):
 
 
 class FileFeed(Begun):
-    """A file of NMEA (packed or not, in any encoding) played at the times of its tag blocks, or of its RMC.
+    """A file of NMEA, packed or not, played at the times of its lines.
 
     ``pace`` is how many seconds of the file pass in one; it may be changed while
     playing, and ``inf`` does not wait at all. The time that passes is the one that most ships

@@ -88,9 +88,12 @@ def _rsa(f: Fields) -> Said:
 
 def _rmb(f: Fields) -> Said:
     """status, off track [NM], side, from, to, lat, N/S, lon, E/W of the next waypoint, …, mode"""
-    if f[0] != "A" or (len(f) > 13 and f[13] in ("N", "S", "E")):
+    if len(f) > 13 and f[13] in ("N", "S", "E"):
         return {}
-    return {f"waypoint_{name}": value for name, value in _position(f[5:9]).items()}
+    place = _position(f[5:9]) if f[0] == "A" else {}
+    if not place:  # a receiver without a route goes on sending the sentence
+        return {"route_ended": True}
+    return {f"waypoint_{name}": value for name, value in place.items()}
 
 
 _READERS: dict[str, Callable[[Fields], Said]] = {
