@@ -120,6 +120,11 @@ def test_own_ship_by_vdo_and_by_number():
             {"waypoint_latitude_deg": 59.5, "waypoint_longitude_deg": -24.5},
         ),
         (
+            "GPRMB,V,0.66,L,003,004,5930.00,N,02430.00,W,1.3,52.5,0.5,V,A",
+            {"route_ended": True, "waypoint_latitude_deg": None},
+        ),
+        ("GPRMB,A,0.66,L,003,004,,,,,1.3,52.5,0.5,V,A", {"route_ended": True}),
+        (
             "GPVTG,90.0,T,85.0,M,10.0,N,18.52,K,A",
             {"course_rad": math.pi / 2, "speed_m_s": 10 * KNOT_M_S},
         ),
@@ -147,7 +152,6 @@ def test_own_sensors(body, said):
         "GPRMC,190001.00,A,5930.00,N,02430.00,E,7.0,180.0,150814,,,S",
         "TIROT,-30.0,V",
         "IIRSA,-5.0,V,,V",
-        "GPRMB,V,0.66,L,003,004,5930.00,N,02430.00,W,1.3,52.5,0.5,V,A",
         "GPRMB,A,0.66,L,003,004,5930.00,N,02430.00,W,1.3,52.5,0.5,V,S",
         "HEHDT,,T",
         "HCHDG,100.0,,,,",

@@ -307,16 +307,38 @@ def test_a_station_with_its_zone_in_the_time_moves_nothing(
     assert named in feed.counts.sentence()
 
 
-def test_a_damaged_file_is_told_in_one_line(tmp_path, traffic):
-    path = tmp_path / "traffic.nmea.gz"
-    path.write_bytes(gzip.compress(b"\n".join(traffic))[:2000])
+def heard_of(path):
+    """The feed of a file, and how many reports it gave."""
 
     async def play():
-        async for _ in feed_from(str(path)).reports():
-            pass
+        feed = feed_from(str(path))
+        feed.pace = math.inf
+        return feed, len([report async for report in feed.reports()])
 
-    with pytest.raises(InputError, match=r"traffic.nmea.gz: cannot be read \("):
-        asyncio.run(play())
+    return asyncio.run(play())
+
+
+def test_a_damaged_file_is_played_as_far_as_it_goes(tmp_path, traffic):
+    path = tmp_path / "traffic.nmea.gz"
+    path.write_bytes(gzip.compress(b"\n".join(traffic))[:2000])
+    feed, reports = heard_of(path)
+    assert reports > 10
+    assert "cut off or damaged" in feed.trouble
+
+
+def test_a_file_that_cannot_be_played_is_told_in_one_line(tmp_path):
+    path = tmp_path / "traffic.nmea"
+    path.write_bytes(b"%PDF-1.7 and so on")
+    with pytest.raises(InputError, match=r"^traffic.nmea: a PDF document"):
+        heard_of(path)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le"])
+def test_a_file_of_any_encoding_is_played_whole(tmp_path, traffic, encoding):
+    plain, other = tmp_path / "plain.nmea", tmp_path / "other.nmea"
+    plain.write_bytes(b"\n".join(traffic))
+    other.write_bytes(b"\r\n".join(traffic).decode("latin-1").encode(encoding))
+    assert heard_of(other)[1] == heard_of(plain)[1]
 
 
 def test_waits_grow_and_success_sets_them_back(monkeypatch):

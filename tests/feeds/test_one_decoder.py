@@ -8,7 +8,7 @@ from tests.feeds.nmea_lines import POSITION, STATIC, TIME, ais, cut, sentence, t
 
 from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.encounters.projection import Plane
-from glasshelm.encounters.recorded import read_recording
+from glasshelm.encounters.recording import read_recording
 from glasshelm.feeds.nmea_feeds import FileFeed
 from glasshelm.feeds.picture import Picture
 from glasshelm.ships import KNOT_M_S, ship_named

@@ -1,10 +1,7 @@
 """A session of live traffic: own ship goes her own way and the pilot advises; no time is sought."""
 
-import asyncio
 import dataclasses
 import functools
-import time
-from collections import deque
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -20,18 +17,13 @@ from glasshelm.errors import InputError
 from glasshelm.feeds.nmea_feeds import FileFeed
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Feed, Report
+from glasshelm.feeds.waiting import Waiting
 from glasshelm.frames import Frame
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.types import Pilot
 from glasshelm.ships import ShipParams, ship_named
 from glasshelm.watch import Watch
 
-#: Reports that wait for the next look at most; then no more are read for the moment.
-MOST_WAITING = 20_000
-#: A look takes what waits for at most so long [s]; the rest waits for the next.
-TAKE_S = 0.5
-#: While nothing more can be put aside, that is tried again after so long [s].
-AGAIN_S = 0.05
 #: Seconds between two looks while there is nothing to see yet.
 FIRST_LOOK_S = 1.0
 
@@ -68,9 +60,7 @@ class Live(Session):
     ):
         self._feed, self._picture, self._logs = feed, picture, logs
         self._params = ship_named(ship)
-        self._waiting: deque[Report] = deque()
-        #: Whether more comes than a look can take.
-        self._behind = False
+        self._waiting = Waiting()
         #: Why the feed has ended for good, if it has.
         self._over: str | None = None
         self.at = -1
@@ -85,15 +75,11 @@ class Live(Session):
     async def listen(self) -> None:
         """Put reports aside until cancelled; only a file comes to an end.
 
-        While too many wait no more are read: a server then waits as well, and datagrams
-        are counted and dropped. What ends it otherwise stays in the notes, for whoever looks
-        on later.
+        What ends it otherwise stays in the notes, for whoever looks on later.
         """
         try:
             async for report in self._feed.reports():
-                while len(self._waiting) >= MOST_WAITING:
-                    await asyncio.sleep(AGAIN_S)
-                self._waiting.append(report)
+                self._waiting.put(report)
         except InputError as error:
             self._over = str(error)
             raise
@@ -160,7 +146,7 @@ class Live(Session):
             watch.predicted()
 
     def forward(self) -> Frame | None:
-        self._take_waiting()
+        self._waiting.take(self._picture)
         now = self._picture.now()
         if now is None:
             heard = self._feed.counts.heard > 0
@@ -185,16 +171,6 @@ class Live(Session):
                 self._other.keep(self._other.look(told, time_s))
         self._note(*told.notes)
         return frame
-
-    def _take_waiting(self) -> None:
-        """Take what waits now, for as long as a look can spare; what comes meanwhile waits."""
-        until = time.monotonic() + TAKE_S
-        for left in reversed(range(len(self._waiting))):
-            self._picture.take(self._waiting.popleft())
-            if time.monotonic() > until:
-                self._behind = left > 0
-                return
-        self._behind = False
 
     def seek(self, time_s: float) -> None:
         raise InputError("live traffic is shown as it is now: replay its log to look back")
@@ -258,10 +234,10 @@ class Live(Session):
             notes.append(said.sentence())
         if believed.useless:
             notes.append(believed.sentence())
-        if self._behind:
-            notes.append("more is heard than can be taken: the picture is some seconds behind")
         if lost := sum(record.lost for record in self._records):
             notes.append(f"{lost} frames were shown without being logged")
+        if left_out := self._waiting.left_out:
+            notes.append(f"{left_out} reports came faster than they could be taken")
         self.card = dataclasses.replace(self.card, notes=tuple(notes))
 
 

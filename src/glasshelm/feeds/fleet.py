@@ -48,6 +48,13 @@ class Fleet:
         to_first, to_second = (math.hypot(*way_m(fix, here)) for fix in (first.fix, second.fix))
         return first if to_first <= to_second else second
 
+    def away_m(self, r: Report, own: Fix | None) -> float:
+        """Roughly how far from own ship a report is, or else the ship it is about [m]."""
+        if r.latitude_deg is not None or r.id not in self.ships:
+            return _away_m(own, r.latitude_deg, r.longitude_deg)
+        fix = self.ships[r.id].fix
+        return math.inf if fix is None else _away_m(own, fix.latitude_deg, fix.longitude_deg)
+
     def add(self, r: Report, own: Fix | None) -> Vessel | None:
         """A ship not known before; None if there are too many nearer ones."""
         if len(self.ships) >= MOST_SHIPS + MOST_SHIPS // 10:

@@ -95,6 +95,10 @@ class Picture:
         now, fix = self.now(), self._own.fix
         return None if now is None or fix is None else max(_seconds(now) - fix.time_s, 0.0)
 
+    def away_m(self, report: Report) -> float:
+        """Roughly how far from own ship a report is [m]; infinitely, if that is not known."""
+        return self._fleet.away_m(report, self._own.fix)
+
     def take(self, report: Report) -> Refusal | None:
         """Take a report; says why if it is not believed. Never raises."""
         self.counts.heard += 1
