@@ -26,7 +26,7 @@ SENT = """
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
     """Paused, with a ship under alarm."""
-    begun = serve("imazu:1", "--pilot", "paper-cpa", "--viewer-token", VIEWER, token=OWNER)
+    begun = serve("imazu:1", "--pilot", "paper-sum", "--viewer-token", VIEWER, token=OWNER)
     begun.ask(
         {"type": "pause"},
         {"type": "limits", "dcpa_m": 18520.0, "tcpa_s": 3600.0},
@@ -61,8 +61,9 @@ def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
     for key in (" ", "ArrowLeft", "ArrowRight", "a"):
         page.keyboard.press(key)
     if level > 1:
-        plot = page.locator("gh-why .u-over").first
-        plot.click()
+        page.locator("gh-why gh-plot .u-over").first.wait_for()
+    for plot in page.locator("gh-why gh-plot .u-over").all():
+        plot.click(force=True)
     page.keyboard.press("?")
     menu = page.locator("gh-menu dialog")
     menu.wait_for()
