@@ -167,14 +167,14 @@ def test_who_floods_crowds_out_himself():
     assert [one.aborted for one in flood] == 95 * [True] + 5 * [False]
 
 
-@pytest.mark.parametrize("files", [*range(0, 2000, 7), 1024, 65_536, 2**31])
-def test_there_is_room_only_for_so_many_as_files_can_be_opened(files):
-    room = Room.for_files(files)
-    assert min(room.viewers, room.waiting, room.backlog) >= 1
-    if files >= 128:
-        assert 64 + room.viewers + room.waiting + 4 * room.backlog <= files
-    if files >= 512:
-        assert room.viewers == 100
+def test_there_is_room_only_for_so_many_as_files_can_be_opened():
+    for files in (*range(2000), 65_536, 2**31):
+        room = Room.for_files(files)
+        assert min(room.viewers, room.waiting, room.backlog) >= 1
+        if files >= 128:
+            assert 64 + room.viewers + room.waiting + 4 * room.backlog <= files
+        if files >= 512:
+            assert room.viewers == 100
 
 
 FLOODS = {

@@ -6,12 +6,13 @@ import { seekTo, toggle } from "./parts/transport";
 import type { Level } from "./settings";
 import { store } from "./store";
 
-export const KEYS: [string, string][] = [
-  ["Space", "play or pause"],
-  ["← →", "one minute back, on"],
+/** What each does; and whether it is only the owner's. */
+export const KEYS: [string, string, "owner"?][] = [
+  ["Space", "play or pause", "owner"],
+  ["← →", "one minute back, on", "owner"],
   ["↑ ↓", "select the ship above, below"],
   ["Esc", "select no ship"],
-  ["A", "acknowledge the nearest alarm"],
+  ["A", "acknowledge the nearest alarm", "owner"],
   ["+ −", "smaller, larger range"],
   ["H N C", "head, north, course up"],
   ["M", "relative or true motion"],
@@ -90,6 +91,7 @@ function neighbour(step: -1 | 1): void {
 }
 
 function acknowledge(): void {
+  if (store.viewOnly) return;
   const open = store.alarms.filter((a) => a.state === "unacknowledged");
   const nearest = open.sort((a, b) => a.tcpa_s - b.tcpa_s)[0];
   if (nearest) store.send({ type: "acknowledge", id: nearest.id });

@@ -12,8 +12,8 @@ import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain
 import { Link, socketUrl, type LinkState } from "./link";
 import { Settings } from "./settings";
 import type {
-  Alarm, Banded, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Session, Target,
-  ToServer, WhatIf,
+  Alarm, Banded, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Role, Session,
+  Target, ToServer, WhatIf,
 } from "./wire";
 
 const NOTICE_MS = 8000;
@@ -30,6 +30,8 @@ export class Store {
   version = "";
   catalogue: Catalogue | null = null;
   limits: Limits | null = null;
+  /** As whom the server greets this page. */
+  role: Role | null = null;
   session: Session | null = null;
   /** What the server makes ready while the session goes on. */
   preparing: string | null = null;
@@ -109,6 +111,11 @@ export class Store {
 
   get linkState(): LinkState {
     return this.link.state;
+  }
+
+  /** Whether this page only looks on: what all see is the owner's to change. */
+  get viewOnly(): boolean {
+    return this.role === "viewer";
   }
 
   /** Ids of the ships of note, in the order of their colours. */
@@ -199,6 +206,7 @@ export class Store {
         this.version = message.version;
         this.catalogue = message.catalogue;
         this.limits = message.limits;
+        this.role = message.role;
         break;
       case "preparing":
         this.preparing = message.what;

@@ -131,6 +131,8 @@ export interface Frame {
   guard?: Guard | null;
 }
 
+/** An owner may change what all see; a viewer looks on, and may ask what-if. */
+export type Role = "owner" | "viewer";
 export type SourceKind = "simulated" | "recorded" | "live";
 export type Mode = SourceKind | "replay";
 
@@ -249,7 +251,7 @@ export interface Banded {
 }
 
 export type FromServer =
-  | { type: "hello"; version: string; catalogue: Catalogue; limits: Limits }
+  | { type: "hello"; version: string; catalogue: Catalogue; limits: Limits; role: Role }
   | { type: "preparing"; what: string | null }
   | ({ type: "session" } & Session)
   | { type: "history"; frames: Frame[]; compare?: Frame[] }

@@ -87,6 +87,7 @@ export class AlarmStrip extends LitElement {
         color: inherit;
       }
       .acknowledged,
+      .view-only,
       .more {
         padding-right: 10px;
       }
@@ -109,7 +110,7 @@ export class AlarmStrip extends LitElement {
       <ul aria-label="CPA alarms">
         ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
         ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
-        ${open.length > 1
+        ${open.length > 1 && !store.viewOnly
           ? html`<li class="all">
               <button @click=${() => open.forEach((a) => this.acknowledge(a))}>
                 Acknowledge all ${open.length}
@@ -123,12 +124,12 @@ export class AlarmStrip extends LitElement {
 
   private one(alarm: Alarm) {
     return html`
-      <li class=${alarm.state} title=${alarm.cause}>
+      <li class="${alarm.state} ${store.viewOnly ? "view-only" : ""}" title=${alarm.cause}>
         ${store.book.place(alarm.target) === null ? nothing : chip(alarm.target)}
         <button class="cause number" @click=${() => store.select(alarm.target)}>
           CPA ${shipName(alarm.name)} ${miles(alarm.dcpa_m)} NM in ${clock(alarm.tcpa_s)}
         </button>
-        ${alarm.state === "unacknowledged"
+        ${alarm.state === "unacknowledged" && !store.viewOnly
           ? html`<button @click=${() => this.acknowledge(alarm)}
               aria-label="Acknowledge the alarm of ${alarm.name}">Acknowledge</button>`
           : nothing}

@@ -8,6 +8,7 @@ import { metres, nm } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import type { SourceEntry, SourceKind } from "../wire";
+import { VIEW_ONLY } from "./top-bar";
 
 const KINDS: [SourceKind, string][] = [
   ["simulated", "Simulated encounters"],
@@ -124,8 +125,10 @@ export class Menu extends LitElement {
           <button @click=${() => this.dialog.close()}>Close</button>
         </header>
         <div class="columns">
-          <div>${this.opening()} ${this.replaying()} ${this.notes()}</div>
-          <div>${this.steering()} ${this.limits()} ${this.keys()}</div>
+          ${store.viewOnly
+            ? html`<div><p>${VIEW_ONLY}</p>${this.notes()}</div><div>${this.limits()} ${this.keys()}</div>`
+            : html`<div>${this.opening()} ${this.replaying()} ${this.notes()}</div>
+                <div>${this.steering()} ${this.limits()} ${this.keys()}</div>`}
         </div>
       </dialog>
     `;
@@ -236,13 +239,15 @@ export class Menu extends LitElement {
         <form class="row" @submit=${this.setLimits}>
           <label>CPA [NM]
             <input id="dcpa" name="dcpa" type="number" min="0" max="10" step="0.05" required
+              ?disabled=${store.viewOnly}
               .value=${limits ? nm(limits.dcpa_m).toFixed(2) : ""} />
           </label>
           <label>TCPA [min]
             <input id="tcpa" name="tcpa" type="number" min="0" max="60" step="1" required
+              ?disabled=${store.viewOnly}
               .value=${limits ? String(limits.tcpa_s / 60) : ""} />
           </label>
-          <button id="set-limits">Set</button>
+          ${store.viewOnly ? nothing : html`<button id="set-limits">Set</button>`}
         </form>
         <label class="sound">
           <span><input type="checkbox" .checked=${store.settings.all.sound}
@@ -283,7 +288,7 @@ export class Menu extends LitElement {
     return html`
       <section aria-label="Keys">
         <h2>Keys</h2>
-        <dl>${KEYS.map(([key, what]) => html`<dt>${key}</dt><dd>${what}</dd>`)}</dl>
+        <dl>${KEYS.filter(([, , whose]) => !whose || !store.viewOnly).map(([key, what]) => html`<dt>${key}</dt><dd>${what}</dd>`)}</dl>
       </section>
     `;
   }

@@ -4,7 +4,7 @@ import "@oicl/openbridge-webcomponents/dist/icons/icon-menu-iec.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-day.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-dusk.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-night.js";
-import { css, html, LitElement } from "lit";
+import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { PALETTES, type Palette } from "../domain/colours";
@@ -26,6 +26,8 @@ const PALETTE_ICONS: Record<Palette, unknown> = {
 };
 
 const MODES = { simulated: "Simulated", recorded: "Recorded", live: "Live", replay: "Replay" };
+
+export const VIEW_ONLY = "You look on: what is sailed, its time and its alarms are the owner's to change.";
 
 @customElement("gh-top-bar")
 export class TopBar extends LitElement {
@@ -78,6 +80,13 @@ export class TopBar extends LitElement {
         background: var(--gh-accent);
         color: var(--gh-on-accent);
         border-color: transparent;
+      }
+      .view-only {
+        font-weight: 600;
+        padding: 3px 10px;
+        border-radius: 4px;
+        border: 1px solid var(--gh-ink);
+        white-space: nowrap;
       }
       .time {
         font-size: 15px;
@@ -138,6 +147,7 @@ export class TopBar extends LitElement {
           : html`<div class="soft">${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}</div>`}
       </div>
       <span class="state" data-state=${liveness.state} role="status">${liveness.text}</span>
+      ${store.viewOnly ? html`<span class="view-only" title=${VIEW_ONLY}>View only</span>` : nothing}
       <span class="number time" aria-label="Time">
         ${frame ? instant(frame.time_s, frame.time_utc) : "–"}
       </span>

@@ -100,21 +100,21 @@ export class Transport extends LitElement {
     const end = session.end_s;
     const [from, to] = [session.seekable_from_s, Math.max(end ?? session.seekable_to_s, now)];
     return html`
-      <button class="play" aria-label=${session.playing ? "Pause" : "Play"} title="Space" @click=${toggle}>
+      <button class="play" ?disabled=${store.viewOnly} aria-label=${session.playing ? "Pause" : "Play"} title="Space" @click=${toggle}>
         ${session.playing ? html`<obi-media-pause></obi-media-pause>` : html`<obi-media-play></obi-media-play>`}
       </button>
       <span class="number">${clock(now)}</span>
       <input
         type="range" aria-label="Time" min=${from} max=${to} step="5" .value=${String(now)}
         style="--share: ${to > from ? (100 * (now - from)) / (to - from) : 0}%"
-        aria-valuetext=${clock(now)} ?disabled=${to <= from}
+        aria-valuetext=${clock(now)} ?disabled=${store.viewOnly || to <= from}
         @input=${(e: Event) => (this.held = Number((e.target as HTMLInputElement).value))}
         @change=${this.seek}
       />
       <span class="number soft">${end === null ? nothing : clock(end)}</span>
       <label>
         <span class="hidden">Speed</span>
-        <select aria-label="Speed" @change=${(e: Event) =>
+        <select aria-label="Speed" ?disabled=${store.viewOnly} @change=${(e: Event) =>
           store.send({ type: "rate", rate: Number((e.target as HTMLSelectElement).value) })}>
           ${rates(session.rate).map((r) => html`<option value=${r} ?selected=${r === session.rate}>×${r}</option>`)}
         </select>
@@ -130,13 +130,13 @@ export class Transport extends LitElement {
 
 export function toggle(): void {
   const session = store.session;
-  if (session && session.mode !== "live") store.send({ type: session.playing ? "pause" : "play" });
+  if (session && session.mode !== "live" && !store.viewOnly) store.send({ type: session.playing ? "pause" : "play" });
 }
 
 /** Go to a time, as far as the voyage has been sailed. */
 export function seekTo(wanted_s: number): void {
   const { session, frame } = store;
-  if (!session || !frame || session.mode === "live") return;
+  if (!session || !frame || session.mode === "live" || store.viewOnly) return;
   const last = Math.max(session.seekable_to_s, frame.time_s);
   const time_s = Math.min(Math.max(wanted_s, session.seekable_from_s), last);
   store.send({ type: "seek", time_s });

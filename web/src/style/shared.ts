@@ -29,10 +29,10 @@ export const shared = css`
     white-space: nowrap;
   }
   button:hover:not(:disabled),
-  select:hover {
+  select:hover:not(:disabled) {
     border-color: var(--gh-soft);
   }
-  button:disabled {
+  :disabled {
     opacity: 0.45;
     cursor: default;
   }
