@@ -20,8 +20,13 @@ PATIENCE_S = 300.0
 _ours: list[socket.socket] = []
 
 
-def start(*args: str, **environment: str) -> tuple[subprocess.Popen[str], str]:
-    """A bridge in a process of its own, at a port that it chooses, and its address."""
+def start(
+    *args: str, heard: list[str] | None = None, **environment: str
+) -> tuple[subprocess.Popen[str], str]:
+    """A bridge in a process of its own, at a port that it chooses, and its address.
+
+    What it says later is put into ``heard``.
+    """
     command = [sys.executable, "-m", "glasshelm", "bridge", *args, "--no-open", "--port", "0"]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, text=True, env=os.environ | environment
@@ -33,9 +38,8 @@ def start(*args: str, **environment: str) -> tuple[subprocess.Popen[str], str]:
         found = re.search(r"http://(\S+)/", line)
         if found:
             # What it says from now on is read, lest it wait for a reader.
-            threading.Thread(
-                target=collections.deque, args=(process.stderr, 0), daemon=True
-            ).start()
+            later = collections.deque(maxlen=0) if heard is None else heard
+            threading.Thread(target=later.extend, args=(process.stderr,), daemon=True).start()
             return process, f"ws://{found[1]}/ws"
     raise AssertionError(f"the bridge did not start: {''.join(said)}")
 

@@ -1,19 +1,22 @@
 """Live sessions on a feed made by hand: own ship and one target, at the stream's own time."""
 
 import asyncio
+import itertools
 import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from glasshelm.bridge import live as live_module
 from glasshelm.bridge.catalogue import Catalogue
 from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.live import Live
+from glasshelm.bridge.live import MOST_WAITING, Live
 from glasshelm.bridge.logs import Shelf
 from glasshelm.bridge.messages import Limits
 from glasshelm.bridge.stage import Stage
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.errors import InputError
+from glasshelm.feeds import fleet
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.source import signalk_server
 from glasshelm.feeds.types import Counts, Feed, Refusal, Report
@@ -243,6 +246,71 @@ def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tm
     writer.trouble = None
     assert notes() == before
     conductor.close()
+
+
+class Flood(Made):
+    """A hundred thousand ships at full speed, own ship and twenty near her among them."""
+
+    near = frozenset(str(230_000_100 + k) for k in range(20))
+
+    async def reports(self):
+        for i in itertools.count():
+            time_s, k = i / 5000, i % 100_000
+            self.counts.heard += 1
+            if i % 500 == 0:
+                yield report("230000001", time_s, 0.0, OWN_M_S, own=True)
+            elif i % 500 <= 20:
+                yield report(str(230_000_099 + i % 500), time_s, 500.0 * (i % 500), OWN_M_S)
+            else:
+                yield report(str(240_000_000 + k), time_s, 50_000.0 + 50.0 * k, 0.1)
+            if i % 200 == 199:
+                await asyncio.sleep(0)
+
+
+def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_path, monkeypatch):
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 300)
+    picture = Picture()
+    live = Live("tcp://flood:1", Flood(), picture, StraightPilot(), "paper", tmp_path)
+
+    async def watch():
+        listening = asyncio.create_task(live.listen())
+        frames, turns = [], []
+        await asyncio.sleep(0.3)
+        for _ in range(8):
+            looking = asyncio.create_task(asyncio.to_thread(live.forward))
+            while not looking.done():
+                begun = asyncio.get_running_loop().time()
+                await asyncio.sleep(0.01)
+                turns.append(asyncio.get_running_loop().time() - begun)
+            frames.append(await looking)
+            assert len(live._waiting) <= MOST_WAITING
+        listening.cancel()
+        await asyncio.wait([listening])
+        return frames, turns
+
+    try:
+        frames, turns = asyncio.run(watch())
+    finally:
+        live.close()
+    assert all(frame is not None for frame in frames)
+    assert Flood.near <= {target.id for target in frames[-1].targets}
+    assert picture.counts.heard > 1_000
+    assert len(picture) <= 330
+    assert sorted(turns)[len(turns) // 2] < 1.0
+    assert any("the picture is some seconds behind" in note for note in live.card.notes)
+
+
+def test_a_look_takes_what_waits_and_no_longer_than_it_can_spare(live, monkeypatch):
+    session, at = live
+    at(0.0)
+    clock = itertools.count()
+    monkeypatch.setattr(live_module.time, "monotonic", lambda: float(next(clock)))
+    session._waiting.extend(report("230000002", 1.0 + k, 3000.0, 7.0) for k in range(50))
+    session.forward()
+    assert 0 < len(session._waiting) < 50
+    monkeypatch.undo()
+    session.forward()
+    assert not session._waiting
 
 
 def test_another_pilot_beside_and_what_cannot_be_done(live):

@@ -1,5 +1,6 @@
 import json
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -42,7 +43,14 @@ def test_every_request_is_read(text, wanted):
         '{"type":"open","source":"' + "x" * 201 + '"}', '{"type":"play"', b"\xff\xfe", b"\x00",
         '{"type":"whatif"}', '{"type":"whatif","change":"sunk","ship":"1"}',
         '{"type":"whatif","change":"rudder","degrees":91}',
-        "[" * 5000, '{"type":' * 5000, '{"type":"ping","x":"' + "y" * m.LARGEST + '"}',
+        "[" * 5000, '{"type":' * 5000, '{"type":"ping","x":' + "[" * 30_000 + "]" * 30_000 + "}",
+        '{"x":' * 10_000, '{"type":"ping","x":' + '{"y":' * 5000 + "1" + "}" * 5001,
+        '{"type":"seek","time_s":1e999}', '{"type":"seek","time_s":' + "9" * 400 + "}",
+        '{"type":"acknowledge","id":"\\ud800"}', "\ud800", '{"type":"replay","log":"\ud800"}',
+        '{"type":"ping","x":"' + "ü" * (m.LARGEST // 2) + '"}',
+        '{"type":"limits","dcpa_m":null}', '{"type":"limits","tcpa_s":3601}',
+        '{"type":"whatif","change":"kept","ship":"' + "x" * 201 + '"}',
+ '{"type":"ping","x":"' + "y" * m.LARGEST + '"}',
     ],
 )  # fmt: skip
 def test_what_is_no_request_is_one_line(text):
@@ -73,3 +81,23 @@ def test_nothing_else_than_a_request_or_one_line_comes_of_any_text(text):
 def test_what_is_said_carries_its_type():
     for said, kind in ((m.Pong(), "pong"), (m.Failure("no"), "failure"), (m.Alarms([]), "alarms")):
         assert json.loads(m.written(said))["type"] == kind
+
+
+def test_every_field_of_every_request_is_bounded():
+    """Strings in length, numbers on both sides."""
+
+    def bounded(kind: msgspec.inspect.Type) -> bool:
+        match kind:
+            case msgspec.inspect.StrType():
+                return kind.max_length is not None
+            case msgspec.inspect.FloatType() | msgspec.inspect.IntType():
+                return kind.ge is not None and kind.le is not None
+            case msgspec.inspect.UnionType():
+                return all(map(bounded, kind.types))
+            case msgspec.inspect.LiteralType() | msgspec.inspect.NoneType():
+                return True
+        return False
+
+    for request in m.Asked.__args__:
+        told = msgspec.inspect.type_info(request)
+        assert all(bounded(field.type) for field in told.fields), request

@@ -2,7 +2,7 @@ import asyncio
 
 import pytest
 
-from glasshelm.bridge.outbox import MOST_FRAMES, MOST_OTHERS, Outbox
+from glasshelm.bridge.outbox import MOST_BYTES, MOST_FRAMES, MOST_OTHERS, Outbox
 
 
 def emptied(outbox: Outbox) -> list[bytes]:
@@ -55,6 +55,18 @@ def test_nothing_grows_without_end():
         for kind in ("hello", "session", "history", "frame", "alarms", "failure", "notice", "pong"):
             outbox.put(kind, b"%d" % k)
     assert len(outbox) <= MOST_FRAMES + MOST_OTHERS + 4
+
+
+@pytest.mark.parametrize("kind", ["frame", "whatif", "notice"])
+def test_bytes_are_bounded_and_the_newest_stays(kind):
+    outbox = Outbox()
+    outbox.put("session", b"s")
+    for k in range(5):
+        outbox.put(kind, b"%d" % k + bytes(MOST_BYTES // 3))
+        assert outbox.bytes <= MOST_BYTES
+    outbox.put(kind, b"huge" + bytes(2 * MOST_BYTES))
+    assert [text[:4] for text in emptied(outbox)] == [b"s", b"huge"]
+    assert outbox.dropped == (5 if kind == "frame" else 0)
 
 
 def test_next_waits_for_a_message():

@@ -17,6 +17,7 @@ from glasshelm.bridge.again import Again
 from glasshelm.bridge.app import application
 from glasshelm.bridge.catalogue import Catalogue
 from glasshelm.bridge.conductor import Conductor
+from glasshelm.bridge.connections import Config
 from glasshelm.bridge.guard import Guard
 from glasshelm.bridge.logs import Shelf
 from glasshelm.bridge.outbox import MOST_FRAMES, MOST_OTHERS
@@ -133,10 +134,7 @@ def flood(tmp_path):
     )
     bound = socket.create_server(("127.0.0.1", 0))
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)
-    config = uvicorn.Config(
-        app, log_level="error", ws_per_message_deflate=False, ws_ping_interval=None
-    )
-    server = uvicorn.Server(config)
+    server = uvicorn.Server(Config(app))
     thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[bound])))
     thread.start()
     try:

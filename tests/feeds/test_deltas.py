@@ -3,8 +3,11 @@ import math
 from datetime import UTC, datetime
 
 import pytest
+from tests.feeds.live import SHIP, shown
 
+from glasshelm.feeds import deltas
 from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
+from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Counts, Refusal
 
 HELLO = {"name": "x", "version": "2.23.0", "self": "vessels.urn:mrn:signalk:uuid:1", "roles": []}
@@ -73,6 +76,185 @@ def test_the_next_waypoint_of_her_route(path, value):
     assert report.latitude_deg is None
 
 
+UUID = "vessels.urn:mrn:signalk:uuid:0d95e282-3e1f-4521-8c30-8288addbdbab"
+HERE = {"navigation.position": {"latitude": 59.5, "longitude": 24.5}}
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"": {"mmsi": "257999990", "name": "X"}},
+        {"": {"mmsi": 257999990}},
+        {"mmsi": "257999990"},
+        {"mmsi": 257999990},
+    ],
+)
+def test_one_context_is_one_ship_whose_mmsi_is_told_later(told):
+    reports, refused = read(HELLO, delta(HERE, UUID), delta(told, UUID), delta(HERE, UUID))
+    assert refused == {}
+    assert [r.id for r in reports] == [UUID.removeprefix("vessels."), "257999990", "257999990"]
+    assert [r.formerly for r in reports] == [None, UUID.removeprefix("vessels."), None]
+    # Told with a position, and before anything else.
+    reports, _ = read(HELLO, delta(told | HERE, UUID), delta(HERE, UUID))
+    assert {r.id for r in reports} == {"257999990"}
+
+
+def test_the_number_of_a_context_is_hers_whatever_is_told():
+    (first, second), _ = read(
+        HELLO, delta(HERE | {"": {"mmsi": "257999990"}}), delta(HERE, OTHER.replace("27", "027"))
+    )
+    assert (first.id, first.formerly, second.id) == ("276780000", None, "276780000")
+    reports, refused = read(HELLO, delta({"mmsi": "002766140"}, UUID), delta(HERE, UUID))
+    assert (reports, refused) == ([], {Refusal.NO_SHIP: 2})
+
+
+def test_own_ship_may_be_named_by_an_mmsi_that_is_told_later():
+    reports, _ = read(delta({"mmsi": "257999990"}, UUID), delta(HERE, UUID), own="257999990")
+    assert [r.own for r in reports] == [True, True]
+
+
+def test_the_contexts_that_are_remembered_are_bounded(monkeypatch):
+    monkeypatch.setattr(deltas, "MOST_LEARNT", 10)
+    reader = DeltaReader(Counts())
+    for k in range(100):
+        reader.message(json.dumps(delta({"mmsi": 257000000 + k}, f"vessels.urn:x{k}")))
+    assert len(reader._learnt) == 10
+    long = "x" * 500_000
+    assert read(delta(HERE, f"vessels.{long}")) == ([], {Refusal.UNDECODABLE: 1})
+    (report,), _ = read(delta({"name": long}))
+    assert len(report.name) <= 64
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"navigation": {"speedOverGround": 5.0, "position": HERE["navigation.position"]}},
+        {"": {"navigation": {"speedOverGround": 5.0, "position": {"value": None}}}},
+        {"": {"navigation": {"speedOverGround": {"value": 5.0}, "state": {"value": "x"}}}},
+    ],
+)
+def test_nested_objects_are_read_as_their_paths(values):
+    (report,), _ = read(HELLO, delta(values))
+    assert report.speed_m_s == 5.0
+
+
+ROUTE = {"navigation.course.nextPoint": {"position": {"latitude": 59.5, "longitude": 24.5}}}
+
+
+@pytest.mark.parametrize(
+    "null",
+    [
+        {"navigation.course.nextPoint": None},
+        {"navigation.course.nextPoint": {"position": None}},
+        {"navigation.course.nextPoint.position": None},
+        {"navigation.course": None},
+        {"navigation.course": {"nextPoint": None, "activeRoute": None}},
+        {"navigation.course.activeRoute": None},
+        {"navigation": {"course": {"nextPoint": None}}},
+    ],
+)
+def test_a_null_ends_the_route_that_was_told(null):
+    (_, ended), _ = read(HELLO, delta(ROUTE, None), delta(null, None))
+    assert ended.route_ended
+    assert ended.waypoint_latitude_deg is None
+    # The same of a route that nobody told, or another part of the tree told: nothing.
+    assert read(HELLO, delta(null, None))[1] == {Refusal.NOTHING_TOLD: 1}
+    other = {"navigation.courseRhumbline.nextPoint": {"latitude": 59.5, "longitude": 24.5}}
+    reports, _ = read(HELLO, delta(other, None), delta(null, None))
+    assert [r.route_ended for r in reports] == [False]
+    # Other ships have no route here.
+    assert read(HELLO, delta(ROUTE, None), delta(null))[1] == {Refusal.NOTHING_TOLD: 1}
+
+
+def test_a_waypoint_without_a_route_is_one():
+    (report,), _ = read(HELLO, delta(ROUTE | {"navigation.course.activeRoute": None}, None))
+    assert report.waypoint_latitude_deg == 59.5
+    assert not report.route_ended
+
+
+def test_a_null_ends_what_a_sensor_said():
+    paths = {
+        "navigation.speedOverGround": "speed_m_s",
+        "navigation.courseOverGroundTrue": "course_rad",
+        "navigation.headingTrue": "heading_rad",
+        "navigation.rateOfTurn": "rate_of_turn_rad_s",
+        "steering.rudderAngle": "rudder_rad",
+    }
+    for path, name in paths.items():
+        (report,), _ = read(HELLO, delta({path: None}))
+        assert report.ended == (name,)
+
+
+@pytest.mark.parametrize(
+    ("stamp", "seconds"),
+    [
+        ("2014-08-15T19:00:05.250Z", 5.25),
+        ("2014-08-15T19:0:5.25Z", 5.25),
+        ("2014-8-15T19:00:05Z", 5),
+        ("2014-08-15 19:00:05", 5),
+        ("2014-08-15T19:00:05,250000001", 5.25),
+        ("2014-08-15T22:00:05+03:00", 5),
+        ("2014-08-15T17:30:05-0130", 5),
+        ("2014-08-15t18:59:60z", 0),
+        (1_408_129_205, 5),
+        (1_408_129_205.25, 5.25),
+        ("1408129205", 5),
+    ],
+)
+def test_other_forms_of_a_time(stamp, seconds):
+    (report,), _ = read(HELLO, delta(HERE, timestamp=stamp))
+    assert report.time.timestamp() == 1_408_129_200 + seconds
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        "now", " ", "2014-08-15", "19:00:05", "2014-13-15T19:00:05Z", "2014-08-15T19:00:61Z",
+        "2014-08-15T25:00:05Z", "9999-12-31T23:59:59-23:59", "0001-01-01T00:00:00+23:59",
+        "2014-08-15T19:00:05+99:99", 1e300, -5, True, [1], {"s": 1}, 10**40, "9" * 30, "\u0665",
+    ],
+)  # fmt: skip
+def test_a_time_that_is_none_is_refused(stamp):
+    assert read(HELLO, delta(HERE, timestamp=stamp)) == ([], {Refusal.UNDECODABLE: 1})
+
+
+def test_an_update_without_a_time_is_of_the_time_of_the_stream():
+    first, last = delta(HERE), delta(HERE, timestamp=None)
+    reports, _ = read(HELLO, first, last)
+    assert (reports[1].time - reports[0].time).total_seconds() < 60
+
+
+def test_a_ship_under_two_contexts_is_there_once():
+    picture = Picture()
+    reader = DeltaReader(Counts())
+
+    def hear(context, second, values):
+        stamp = f"2014-08-15T19:00:{second:02d}Z"
+        for report in reader.message(json.dumps(delta(values, context, stamp))):
+            picture.take(report)
+
+    moving = {"navigation.speedOverGround": 5.0, "navigation.courseOverGroundTrue": 1.0}
+    reader.message(json.dumps(HELLO))
+    there = {"navigation.position": {"latitude": 59.52, "longitude": 24.5}}
+    hear(None, 0, HERE | moving)
+    hear(UUID, 1, there | moving)
+    assert [*shown(picture)] == [UUID.removeprefix("vessels.")]
+    slots = [t.id for t in picture.scenario(picture.now(), SHIP).targets]
+    hear(UUID, 5, {"": {"mmsi": "257999990", "name": "UUID SHIP"}})
+    assert {i: t.name for i, t in shown(picture).items()} == {"257999990": "UUID SHIP"}
+    assert [t.id for t in picture.scenario(picture.now(), SHIP).targets].index("257999990") == next(
+        k for k, one in enumerate(slots) if one
+    )
+    # AIS tells of her as well.
+    hear("vessels.urn:mrn:imo:mmsi:257999990", 6, there | moving)
+    hear(UUID, 8, there | moving)
+    assert [*shown(picture)] == ["257999990"]
+    other = "vessels.urn:mrn:signalk:uuid:2"
+    hear(other, 9, there | moving)
+    hear(other, 10, {"mmsi": "257999990"})
+    assert [*shown(picture)] == ["257999990"]
+
+
 @pytest.mark.parametrize("context", [HELLO["self"], "vessels.self", None])
 def test_own_ship_is_the_self_of_the_hello(context):
     (report,), _ = read(HELLO, delta({"steering.rudderAngle": 0.1}, context))
@@ -119,7 +301,9 @@ def test_every_update_is_a_report_and_one_without_time_is_of_now():
         (delta({"environment.depth.belowKeel": 5.0}), Refusal.UNUSED),
         (delta({}), Refusal.UNUSED),
         ({"context": OTHER, "updates": []}, Refusal.NOTHING_TOLD),
-        (delta({"navigation.speedOverGround": None}), Refusal.NOTHING_TOLD),
+        (delta({"navigation.position": None}), Refusal.NOTHING_TOLD),
+        (delta({"name": None, "design.length": None}), Refusal.NOTHING_TOLD),
+        (delta({"mmsi": True}), Refusal.NOTHING_TOLD),
         (delta({"navigation.speedOverGround": "fast"}), Refusal.UNDECODABLE),
         (delta({"navigation.speedOverGround": True}), Refusal.UNDECODABLE),
         (delta({"navigation.position": {"latitude": 5}}), Refusal.UNDECODABLE),

@@ -8,18 +8,21 @@ import socket
 
 import pytest
 from benchmarks.feeds_fuzz import nmea, recording
+from pyais.encode import encode_dict
+from pyais.messages import TagBlock
 from tests.bridge.process import free_port
 from tests.clock import now_s, run
 from tests.feeds.live import pictured, shown, until
 
 from glasshelm.errors import InputError
 from glasshelm.feeds.again import Backoff
-from glasshelm.feeds.framing import LONGEST_LINE
-from glasshelm.feeds.nmea_feeds import MOST_DATAGRAMS, FileFeed
+from glasshelm.feeds.framing import LONGEST_LINE, checksum_of
+from glasshelm.feeds.nmea_feeds import MOST_BYTES, MOST_DATAGRAMS, FileFeed
 from glasshelm.feeds.source import feed_from
 from glasshelm.feeds.types import Refusal
 
 ECHO = "230035780"
+POSITION = {"type": 1, "lat": 59.5, "lon": 24.5, "speed": 10.0, "course": 45.0, "heading": 44}
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +159,12 @@ def test_traffic_over_udp(traffic):
     assert feed.counts.waiting == 0
 
 
-def test_datagrams_that_come_faster_than_read_are_counted():
+@pytest.mark.parametrize("padding", [0, 10_000])
+def test_datagrams_that_come_faster_than_read_are_counted(padding):
+    """Too many, or too long ones together."""
+    datagram = b"!x\r\n!y\r\n" + b"\n" * padding
+    most = min(MOST_DATAGRAMS, MOST_BYTES // len(datagram))
+
     async def flood():
         port = free_udp_port()
         feed = feed_from(f"udp://127.0.0.1:{port}")
@@ -165,16 +173,16 @@ def test_datagrams_that_come_faster_than_read_are_counted():
         await until(lambda: feed.connected)
         loop = asyncio.get_running_loop()
         transport = next(t for t in loop._transports.values() if hasattr(t, "_protocol"))
-        for _ in range(MOST_DATAGRAMS + 10):
-            transport._protocol.datagram_received(b"!x\r\n!y\r\n", None)
-        await until(lambda: feed.counts.heard == 2 * (MOST_DATAGRAMS + 10))
+        for _ in range(most + 10):
+            transport._protocol.datagram_received(datagram, None)
+        await until(lambda: feed.counts.heard == 2 * (most + 10))
         first.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await first
         return feed.counts
 
     counts = asyncio.run(flood())
-    assert counts.heard == 2 * (MOST_DATAGRAMS + 10)
+    assert counts.heard == 2 * (most + 10)
     assert counts.refused[Refusal.OVERRUN] == 20
     assert counts.waiting == 0
 
@@ -231,6 +239,72 @@ def test_a_file_is_played_at_its_times_and_the_pace_may_change(tmp_path, traffic
     assert slow[-1][1] == pytest.approx((max(time_s for time_s, _ in slow) - first_s) / 20)
     assert 0.9 < ended_s < 1.1  # 20 s at twenty times the pace, then 80 s without waiting
     assert last_s - first_s > 90
+
+
+def played(path, lines, pace=1.0):
+    """The times of a file's reports and when they came, each [s] from the first."""
+    path.write_bytes(b"\n".join(lines))
+
+    async def play():
+        feed = FileFeed(path, pace=pace)
+        return [(report.time.timestamp(), now_s()) async for report in feed.reports()]
+
+    found = run(play())
+    return [(time_s - found[0][0], at_s - found[0][1]) for time_s, at_s in found]
+
+
+def moved(line, seconds):
+    """A line with a tag block, so many seconds later."""
+    _, tag, sentence = line.split(b"\\", 2)
+    time_s = next(
+        int(part[2:12]) for part in tag.partition(b"*")[0].split(b",") if part[:2] == b"c:"
+    )
+    return b"\\" + TagBlock.create(receiver_timestamp=str(time_s + seconds)) + b"\\" + sentence
+
+
+def test_a_gap_in_a_file_is_passed_over(tmp_path, traffic):
+    hour = [line for line in traffic if b"c:14081292" in line]
+    times = played(tmp_path / "gap.nmea", hour + [moved(line, 3 * 3600) for line in hour])
+    assert times[-1][0] > 3 * 3600
+    assert times[-1][1] < 250  # twice the hundred seconds of traffic
+
+
+def test_a_file_waits_for_no_single_wrong_clock(tmp_path, traffic):
+    lines = [line for line in traffic if b"c:14081292" in line]
+    ais = next(k for k, line in enumerate(lines) if b"AIVDM,1," in line and k > 100)
+    for off in (500, 43200):
+        wrong = [moved(lines[ais], off)] * 3
+        times = played(tmp_path / "wrong.nmea", lines[:ais] + wrong + lines[ais:])
+        assert times[-1][1] == pytest.approx(times[-1][0], abs=2.0)
+        assert max(at_s - time_s for time_s, at_s in times) < 2.0
+
+
+@pytest.mark.parametrize(
+    ("station", "ships", "named"),
+    [(b"s:HARBOR,", 60, "station HARBOR (12 h ahead)"), (b"", 3, "MMSI 257300000 (12 h ahead)")],
+)
+def test_a_station_with_its_zone_in_the_time_moves_nothing(
+    tmp_path, traffic, station, ships, named
+):
+    """Of ships that only it hears: one witness, however many they are; or a few without a name."""
+    lines = [line for line in traffic if b"c:14081292" in line and b"AIVDM,1," in line]
+    tag, wrong = station + b"c:%d" % (1_408_129_250 + 43_200), []
+    for k in range(ships):
+        message = POSITION | {"mmsi": 257_300_000 + k}
+        for part in encode_dict(message, talker_id="AI", sentence_type="VDM"):
+            wrong.append(b"\\%b*%02X\\%b" % (tag, checksum_of(tag), part.encode()))
+    path = tmp_path / "station.nmea"
+    path.write_bytes(b"\n".join(lines[:200] + wrong + lines[200:]))
+
+    async def play():
+        feed = FileFeed(path, pace=math.inf)
+        reports = [report async for report in feed.reports()]
+        return feed, reports
+
+    feed, reports = asyncio.run(play())
+    assert len(reports) == len(lines)
+    assert feed.counts.refused[Refusal.TIME_JUMP] == len(wrong)
+    assert named in feed.counts.sentence()
 
 
 def test_a_damaged_file_is_told_in_one_line(tmp_path, traffic):

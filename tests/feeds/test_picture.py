@@ -12,8 +12,9 @@ from tests.feeds.reports import SHIP, T0, at, own, ship, taken, targets
 
 from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.encounters.recorded import LOST_AFTER_S
-from glasshelm.feeds import picture as picture_module
-from glasshelm.feeds.picture import FORGOTTEN_S, SHOWN_M, SLOTS, Picture
+from glasshelm.feeds import fleet
+from glasshelm.feeds.fleet import FORGOTTEN_S
+from glasshelm.feeds.picture import SHOWN_M, SLOTS, Picture
 from glasshelm.feeds.types import Refusal, Report
 from glasshelm.framing import Framer
 from glasshelm.moment import moment_of, never_held
@@ -114,14 +115,43 @@ def test_a_ship_keeps_her_slot():
 
 
 def test_memory_is_bounded_with_any_number_of_ships(monkeypatch):
-    monkeypatch.setattr(picture_module, "MOST_SHIPS", 100)
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
     picture = taken(own())
     for n in range(1, 1000):
         picture.take(ship(n, 0, 10.0 * n))
-    assert len(picture) <= 100
+    assert len(picture) <= 110
     assert picture.counts.waiting == 0
     nearest = {str(n) for n in range(30, 80)}  # those nearer are as near as an echo is not
     assert nearest <= set(targets(picture))
+
+
+def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    picture = taken(own(), *(ship(n, 0, 500.0 + 10.0 * n) for n in range(1, 51)))
+    refused = [picture.take(ship(n, 1, 3000.0 + n)) for n in range(100, 1000)]
+    assert refused.count(Refusal.FAR) > 700
+    assert {str(n) for n in range(1, 51)} <= set(targets(picture, 1))
+    assert picture.take(ship(2000, 1, 600.0)) is None  # a near one always has room
+    assert "2000" in targets(picture, 1)
+    notes = picture.scenario(at(1), SHIP).notes
+    assert any(note.startswith("more ships are heard than are kept") for note in notes)
+    # Who tells no place is not kept while there are too many, and the notes go as they go.
+    assert picture.take(Report(id="3000", time=at(1), name="X")) is Refusal.FAR
+    for seconds in range(100, 1100, 100):
+        picture.take(own(seconds, 5.0 * seconds))
+    picture.scenario(at(1000), SHIP)
+    assert picture.take(ship(4000, 1001, 80_000.0)) is None
+    assert not any("more ships" in note for note in picture.scenario(at(1001), SHIP).notes)
+
+
+def test_where_own_ship_is_not_known_the_ships_heard_last_are_kept(monkeypatch):
+    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    picture = Picture()
+    for n in range(1, 1000):
+        picture.take(ship(n, n / 10, 10.0 * n))
+    assert len(picture) <= 110
+    assert "999" in picture._fleet.ships
+    assert "1" not in picture._fleet.ships
 
 
 def test_ships_out_of_sight_are_known_and_not_shown():

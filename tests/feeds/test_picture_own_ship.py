@@ -73,6 +73,56 @@ def test_an_echo_is_found_and_a_ship_that_was_ever_apart_is_none():
     assert set(targets(picture, 60)) == {"2"}
 
 
+def told(number, seconds):
+    """Own ship tells of herself under a number."""
+    return Report(id=number, time=at(seconds), heading_rad=0.0, own=True)
+
+
+def test_a_number_told_of_own_ship_by_mistake_hides_no_ship_elsewhere():
+    """Once, or for as long as it lasts: she is far from own ship, so she is another."""
+    for wrong in (1, 60):
+        picture = taken(own(), told("230000001", 0))
+        for seconds in range(10, 61, 10):
+            picture.take(own(seconds, 5.0 * seconds))
+            picture.take(told("230000001", seconds))
+            picture.take(ship(230000001, seconds, 5.0 * seconds, course_rad=0.0))
+            if seconds <= wrong * 10:
+                picture.take(told("211000001", seconds))
+            picture.take(ship(211000001, seconds, 5000.0 - 5 * seconds))
+        assert set(targets(picture, 60)) == {"211000001"}
+        assert picture.scenario(at(60), SHIP).own_name == "MMSI 230000001"
+
+
+def test_a_number_that_is_not_told_any_more_hides_nobody():
+    picture = taken(own(), told("211000001", 0))
+    for seconds in range(10, 900, 10):
+        picture.take(own(seconds, 5.0 * seconds))
+        picture.take(ship(211000001, seconds, 5.0 * seconds + 300, course_rad=0.0))
+        picture.scenario(at(seconds), SHIP)
+    assert set(targets(picture, 890)) == {"211000001"}
+
+
+def test_numbers_told_of_own_ship_are_bounded_and_the_real_one_stays():
+    picture = taken(own())
+    for k in range(500):
+        picture.take(told("230000001", k))
+        picture.take(told(f"2110000{k:02d}", k))
+    assert picture._numbers.mmsi == "230000001"
+    assert len(picture._numbers._told) <= 8
+
+
+def test_an_echo_seen_apart_by_mistake_is_an_echo_again():
+    picture = taken(own())
+    for seconds in range(10, 1400, 10):
+        north = 5.0 * seconds
+        picture.take(own(seconds, north))
+        off = 200.0 if 100 <= seconds < 150 else 10.0
+        picture.take(ship(1, seconds, north + off, course_rad=0.0))
+        if seconds in (90, 200, 600):
+            assert ("1" in targets(picture, seconds)) is (seconds != 90)
+    assert targets(picture, 1390) == {}
+
+
 def test_with_own_number_known_a_ship_alongside_is_shown():
     reports = [own(), Report(id="211000001", time=T0, heading_rad=0.0, own=True)]
     for seconds in range(10, 61, 10):
@@ -182,6 +232,38 @@ def test_a_waypoint_that_is_reached_or_given_up_is_no_aim_any_more():
         picture.take(own(seconds, north_m=5.0 * seconds))
         _, bearing = shown(picture, seconds)
     assert bearing == pytest.approx(0.0, abs=1.0)
+
+
+def test_a_route_that_has_ended_is_no_aim_and_it_is_said():
+    picture = taken(own(), routed(1, east_m=20_000.0))
+    assert shown(picture, 1)[1] == pytest.approx(90.0, abs=1.0)
+    picture.take(Report(id="own", time=at(2), own=True, route_ended=True))
+    range_m, bearing = shown(picture, 2)
+    assert (range_m, bearing) == (pytest.approx(AHEAD_M, rel=1e-3), pytest.approx(0.0, abs=1.0))
+    notes = picture.scenario(at(2), SHIP).notes
+    assert any(note.startswith("her route has ended: the waypoint is assumed") for note in notes)
+    picture.take(routed(3, east_m=20_000.0))
+    assert shown(picture, 3)[1] == pytest.approx(90.0, abs=1.0)
+
+
+def test_values_that_are_not_available_any_more_are_not_held():
+    said = {"rate_of_turn_rad_s": 0.01, "rudder_rad": 0.05, "heading_rad": 1.3}
+    picture = taken(own(0, course_rad=None, speed_m_s=0.0), told("own", 0))
+    picture.take(Report(id="own", time=at(1), own=True, **said))
+    state = picture.scenario(at(1), SHIP).encounter.own
+    assert float(state.heading_rad) == pytest.approx(1.3)
+    picture.take(Report(id="own", time=at(2), own=True, ended=tuple(said)))
+    scenario = picture.scenario(at(2), SHIP)
+    assert float(scenario.encounter.own.rate_of_turn_rad_s) == 0.0
+    assert not scenario.own_rudder
+    assert any("heading is not known" in note for note in scenario.notes)
+    # A speed or a course goes on until the positions tell another.
+    picture = taken(own(0), ship(1, 0, 2000.0))
+    ended = ("course_rad", "speed_m_s")
+    picture.take(Report(id="1", time=at(1), ended=ended))
+    assert targets(picture, 1)["1"][3] == 5.0
+    picture.take(ship(1, 20, 1960.0, course_rad=None, speed_m_s=None))
+    assert targets(picture, 20)["1"][3] == pytest.approx(2.0, rel=0.02)
 
 
 def test_own_ship_s_heading_is_not_made_up_while_she_makes_way():

@@ -37,7 +37,7 @@ def is_vessel_mmsi(mmsi: Numbers) -> Numbers:
     coast = _within(mmsi, 2_000_000, 7_999_999)
     aircraft = _within(mmsi, 111_000_000, 111_999_999)
     aid = _within(mmsi, 990_000_000, _LARGEST_MMSI)
-    return np.logical_and(is_mmsi(mmsi), ~np.asarray(coast | aircraft | aid))
+    return is_mmsi(mmsi) & ((coast | aircraft | aid) ^ True)
 
 
 def is_mmsi(mmsi: Numbers) -> Numbers:
@@ -50,7 +50,7 @@ def is_position(latitude_deg: Numbers, longitude_deg: Numbers) -> Numbers:
     are."""
     highest = HIGHEST_LATITUDE_DEG
     on_globe = _within(latitude_deg, -highest, highest) & _within(longitude_deg, -180.0, 180.0)
-    return on_globe & np.logical_or(latitude_deg != 0, longitude_deg != 0)
+    return on_globe & ((latitude_deg != 0) | (longitude_deg != 0))
 
 
 def is_speed_kn(speed_kn: Numbers) -> Numbers:
@@ -60,12 +60,12 @@ def is_speed_kn(speed_kn: Numbers) -> Numbers:
 
 def is_angle_deg(angle_deg: Numbers) -> Numbers:
     """Whether this is a course or a heading: 360 (course) and 511 (heading) are none."""
-    return np.logical_and(angle_deg >= 0, angle_deg < 360)
+    return (angle_deg >= 0) & (angle_deg < 360)
 
 
 def is_size_m(size_m: Numbers) -> Numbers:
     """Whether a ship can be so long or so broad; 0 is a size that nobody has entered."""
-    return np.logical_and(size_m > 0, size_m <= LONGEST_M)
+    return (size_m > 0) & (size_m <= LONGEST_M)
 
 
 def epoch_seconds(instant: Numbers) -> Numbers:
@@ -83,4 +83,5 @@ def epoch_seconds(instant: Numbers) -> Numbers:
 
 
 def _within(value: Numbers, least: Numbers, most: Numbers) -> Numbers:
-    return np.logical_and(value >= least, value <= most)
+    # Operators, not functions of NumPy: of single numbers there are thousands a second.
+    return (value >= least) & (value <= most)

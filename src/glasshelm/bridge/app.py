@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import math
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
@@ -34,12 +35,14 @@ def application(
     guard: Guard,
     first: Callable[[], Session] | None = None,
     static: Path = STATIC,
+    most_viewers: int = MOST_VIEWERS,
 ) -> Starlette:
     """The application around a conductor, whose clock runs as long as it does.
 
     ``first`` opens the session that is shown at the beginning; ``state.opening`` is the task
-    that does, and tells whether it failed.
+    that does, and tells whether it failed. A tenth of ``most_viewers`` is kept for owners.
     """
+    seated: list[Outbox] = []
 
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -64,8 +67,9 @@ def application(
         page = static / "index.html"
         text = page.read_text(encoding="utf-8") if page.is_file() else _UNBUILT
         answer = HTMLResponse(text, headers={"Cache-Control": "no-cache"})
-        if guard.token is not None:
-            answer.set_cookie(COOKIE, guard.token, httponly=True, samesite="strict")
+        token = guard.cookie(request)
+        if token is not None:
+            answer.set_cookie(COOKIE, token, httponly=True, samesite="strict")
         return answer
 
     built = StaticFiles(directory=static, check_dir=False)
@@ -90,11 +94,18 @@ def application(
         )
 
     async def socket(websocket: WebSocket) -> None:
-        if len(conductor.viewers) >= MOST_VIEWERS:
+        role = guard.role(websocket) or "viewer"
+        most = most_viewers if role == "owner" else most_viewers - math.ceil(most_viewers / 10)
+        if len(seated) >= most:
             await websocket.close(1013, "too many viewers")
             return
-        await websocket.accept()
-        await _look_on(websocket, conductor)
+        viewer = Outbox(role)
+        seated.append(viewer)
+        try:
+            await websocket.accept()
+            await _look_on(websocket, conductor, viewer)
+        finally:
+            seated.remove(viewer)
 
     return Starlette(
         routes=[
@@ -109,9 +120,8 @@ def application(
     )
 
 
-async def _look_on(websocket: WebSocket, conductor: Conductor) -> None:
+async def _look_on(websocket: WebSocket, conductor: Conductor, viewer: Outbox) -> None:
     """Serve one viewer until either side closes."""
-    viewer = Outbox()
 
     async def send() -> None:
         with contextlib.suppress(WebSocketDisconnect, OSError):

@@ -14,7 +14,7 @@ import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from glasshelm import __version__
 from glasshelm.bridge import messages as m
@@ -37,10 +37,12 @@ Result = TypeVar("Result")
 
 #: Viewers at once.
 MOST_VIEWERS = 100
-#: Questions that wait for their answer at once.
-MOST_QUESTIONS = 8
+#: Questions that wait for their answer at once; the last of them are for owners.
+MOST_QUESTIONS, FOR_OWNERS = 8, 2
 #: What is done as soon as it is asked, whatever waits before it, once there is a session.
 _AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
+#: What needs a session or a pilot to be prepared.
+_PREPARED = m.Open | m.Replay | m.Pilot | m.Compare
 _log = logging.getLogger("glasshelm.bridge")
 
 
@@ -77,6 +79,7 @@ class Conductor:
         self._thinker = ThreadPoolExecutor(1, thread_name_prefix="whatif")
         self._questions: set[asyncio.Task[None]] = set()
         self._requests: set[asyncio.Task[None]] = set()
+        self._changes: set[asyncio.Task[None]] = set()
         self._turns: dict[Outbox, Turns] = {}
         self.preparing = Preparing(self._tell)
         self.bands = Bands(errors, catalogue.pilot, self._tell)
@@ -88,20 +91,24 @@ class Conductor:
 
     async def join(self, viewer: Outbox) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
-        self._turns[viewer] = Turns(self._requests)
+        self._turns[viewer] = Turns(self._requests, self._questions)
         async with self._lock:
             hello, there = await self._hello(), []
             if self._stage is not None:
                 now = "session", self._session_now(self._stage)
                 there = [now, *await self._work(self._stage.present), *self.bands.told]
             # Nothing is awaited from here on: she misses nothing of what all are told.
-            for kind, message in [hello, *self.preparing.told, *there]:
+            viewer.put("hello", hello[viewer.role])
+            for kind, message in [*self.preparing.told, *there]:
                 viewer.put(kind, message)
             self.viewers.add(viewer)
 
     def leave(self, viewer: Outbox) -> None:
+        """A viewer is gone: nothing more is begun for her."""
         self.viewers.discard(viewer)
-        self._turns.pop(viewer, None)
+        turns = self._turns.pop(viewer, None)
+        if turns is not None:
+            turns.end()
         self.dropped += viewer.dropped
 
     async def heard(self, viewer: Outbox, text: str | bytes) -> None:
@@ -116,12 +123,19 @@ class Conductor:
             self.refused += 1
             viewer.put(*_failure(str(error)))
             return
+        await self._try(self._take_up(asked, viewer), viewer, "request")
+
+    async def _take_up(self, asked: m.Asked, viewer: Outbox) -> None:
+        if viewer.role == "viewer" and not isinstance(asked, m.FOR_VIEWERS):
+            kind = asked.__struct_config__.tag
+            raise InputError(f"you are here to look on: {kind!r} is for the owner of this bridge")
         urgent = isinstance(asked, _AT_ONCE) and self._stage is not None
         if urgent or isinstance(asked, m.Ping):
-            await self._try(self.do(asked, viewer), viewer, "request")
+            await self.do(asked, viewer)
         else:
             await self._turns[viewer].take(
-                lambda: self._try(self.do(asked, viewer), viewer, "request")
+                lambda: self._try(self.do(asked, viewer), viewer, "request"),
+                prepared=isinstance(asked, _PREPARED),
             )
 
     async def _try(self, work: Awaitable[None], viewer: Outbox, what: str) -> None:
@@ -144,7 +158,8 @@ class Conductor:
                     viewer.put("pong", m.written(m.Pong()))
                 return
             case m.WhatIf():
-                await self._ask(asked, viewer)
+                if viewer is not None:
+                    self._ask(asked, viewer)
                 return
             case m.Open() | m.Replay():
                 name = asked.source if isinstance(asked, m.Open) else asked.log
@@ -156,15 +171,12 @@ class Conductor:
                     await self._change(asked, pilot)
             case _:
                 await self._first_is_there()
-                async with self._lock:
-                    await self._do(asked, self._there())
-        self._wake.set()
+                await self._whole(lambda: self._do(asked, self._there()))
 
     async def show(self, open_session: Callable[[], Session]) -> None:
         """Begin a session in place of the present one, playing from its start."""
         async with self.preparing.of("the session"):
             await self._begin(open_session)
-        self._wake.set()
 
     async def keep_time(self) -> None:
         """Show the next frame whenever it is due; runs as long as the server does."""
@@ -187,7 +199,7 @@ class Conductor:
 
     def close(self) -> None:
         """Close the log; called when no more is asked. What is still compiled is not waited for."""
-        for task in (self._listening, *self._requests, *self._questions):
+        for task in (self._listening, *self._requests, *self._questions, *self._changes):
             if task is not None:
                 task.cancel()
         self.preparing.close()
@@ -219,24 +231,51 @@ class Conductor:
             case m.Limits():
                 self._limits = asked
                 told = await self._work(lambda: stage.limit(asked))
-                self._tell([await self._hello(), *told])
+                self._tell(told, await self._hello())
 
-    async def _ask(self, asked: m.WhatIf, viewer: Outbox | None) -> None:
+    async def _whole(
+        self,
+        change: Callable[[], Awaitable[None]],
+        unwanted: Callable[[], object] | None = None,
+    ) -> None:
+        """Change what is shown: once begun it is done to the end, even if who asked for it leaves.
+
+        If she leaves before that, what was prepared for it is ``unwanted``.
+        """
+
+        async def changed() -> None:
+            try:
+                await change()
+            finally:
+                self._lock.release()
+                self._wake.set()
+
+        try:
+            await self._lock.acquire()
+        except asyncio.CancelledError:
+            if unwanted is not None:
+                self._worker.submit(unwanted)
+            raise
+        task = asyncio.create_task(changed())
+        self._changes.add(task)
+        task.add_done_callback(self._changes.discard)
+        await asyncio.shield(task)
+
+    def _ask(self, asked: m.WhatIf, viewer: Outbox) -> None:
         """Take up a question; the voyage goes on, and the viewer goes on asking, meanwhile."""
-        if viewer is None:
-            return
-        if len(self._questions) >= MOST_QUESTIONS:
+        if len(self._questions) >= MOST_QUESTIONS - FOR_OWNERS * (viewer.role == "viewer"):
             raise InputError("too many questions at once: wait for the answers")
+        self._turns[viewer].ask(lambda: self._reply(asked, viewer))
+
+    async def _reply(self, asked: m.WhatIf, viewer: Outbox) -> None:
+        await self._try(self._answer(asked, viewer), viewer, "question")
+
+    async def _answer(self, asked: m.WhatIf, viewer: Outbox) -> None:
         async with self._lock:
             stage = self._there()
             question = await self._work(
                 lambda: Question.of(asked, stage.session, self.catalogue.pilot)
             )
-        task = asyncio.create_task(self._try(self._answer(question, viewer), viewer, "question"))
-        self._questions.add(task)
-        task.add_done_callback(self._questions.discard)
-
-    async def _answer(self, question: Question, viewer: Outbox) -> None:
         think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
         viewer.put("whatif", m.written(await think))
 
@@ -257,10 +296,12 @@ class Conductor:
         return await self.preparing.done(ready)
 
     async def _change(self, asked: m.Pilot | m.Compare, pilot: Pilot) -> None:
-        async with self._lock:
+        async def change() -> None:
             stage = self._there()
             hands_over = isinstance(asked, m.Pilot)
             await self._jump(lambda: stage.hand_over(pilot) if hands_over else stage.compare(pilot))
+
+        await self._whole(change)
 
     async def _begin(self, open_session: Callable[[], Session]) -> None:
         """Prepare a session, and put it in place of the one shown."""
@@ -275,24 +316,28 @@ class Conductor:
                 raise
             return stage
 
+        stage = await self.preparing.done(begin, Stage.close)
+        await self._whole(lambda: self._replace(stage), stage.close)
+
+    async def _replace(self, stage: Stage) -> None:
+        """Show it in place of the present one."""
+
         def present() -> list[Told]:
             stage.limit(self._limits)  # perhaps others by now
             return stage.present()
 
-        stage = await self.preparing.done(begin)
-        async with self._lock:
-            if self._listening is not None:
-                self._listening.cancel()
-            old, self._stage = self._stage, stage
-            if old is not None:
-                await self._work(old.close)
-            told = await self._work(present)
-            self._listening = asyncio.create_task(self._listen(stage.session))
-            self._write_back(stage)
-            self._playing, self._rate = True, 1.0
-            # Again, as there is one log more.
-            self._tell([await self._hello(), ("session", self._session_now(stage)), *told])
-            self._certify()
+        if self._listening is not None:
+            self._listening.cancel()
+        old, self._stage = self._stage, stage
+        if old is not None:
+            await self._work(old.close)
+        told = await self._work(present)
+        self._listening = asyncio.create_task(self._listen(stage.session))
+        self._write_back(stage)
+        self._playing, self._rate = True, 1.0
+        # Hello again, as there is one log more.
+        self._tell([("session", self._session_now(stage)), *told], await self._hello())
+        self._certify()
 
     async def _listen(self, session: Session) -> None:
         try:
@@ -354,11 +399,12 @@ class Conductor:
         every = stage.session.step_s / self._rate if self._playing else math.inf
         self.bands.want(stage.recent, every)
 
-    async def _hello(self) -> Told:
-        """What there is to open, and the limits of the alarms."""
+    async def _hello(self) -> dict[m.Role, bytes]:
+        """What there is to open, and the limits of the alarms; for each role."""
         catalogue = await asyncio.to_thread(self.catalogue.told)
         bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
-        return "hello", m.written(m.Hello(__version__, catalogue, bounds))
+        roles: tuple[m.Role, ...] = get_args(m.Role)
+        return {role: m.written(m.Hello(__version__, catalogue, bounds, role)) for role in roles}
 
     def _there(self) -> Stage:
         if self._stage is None:
@@ -371,9 +417,11 @@ class Conductor:
         notes = [] if trouble is None else [trouble]
         return stage.session_now(self._playing, self._rate, *notes)
 
-    def _tell(self, told: list[Told]) -> None:
-        for kind, message in told:
-            for viewer in self.viewers:
+    def _tell(self, told: list[Told], hello: dict[m.Role, bytes] | None = None) -> None:
+        for viewer in self.viewers:
+            if hello is not None:
+                viewer.put("hello", hello[viewer.role])
+            for kind, message in told:
                 viewer.put(kind, message)
 
     async def _work(self, job: Callable[[], Result]) -> Result:

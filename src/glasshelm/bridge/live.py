@@ -1,6 +1,8 @@
 """A session of live traffic: own ship goes her own way and the pilot advises; no time is sought."""
 
+import asyncio
 import dataclasses
+import time
 from collections import deque
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,8 +20,12 @@ from glasshelm.pilots.types import Pilot
 from glasshelm.ships import ShipParams, ship_named
 from glasshelm.watch import Watch
 
-#: Reports that wait for the next look at most; more are left out, and counted.
+#: Reports that wait for the next look at most; then no more are read for the moment.
 MOST_WAITING = 20_000
+#: A look takes what waits for at most so long [s]; the rest waits for the next.
+TAKE_S = 0.5
+#: While nothing more can be put aside, that is tried again after so long [s].
+AGAIN_S = 0.05
 #: Seconds between two looks while there is nothing to see yet.
 FIRST_LOOK_S = 1.0
 
@@ -50,9 +56,9 @@ class Live(Session):
     ):
         self._feed, self._picture, self._logs = feed, picture, logs
         self._params = ship_named(ship)
-        self._waiting: deque[Report] = deque(maxlen=MOST_WAITING)
-        #: Reports that came faster than they could be taken.
-        self.left_out = 0
+        self._waiting: deque[Report] = deque()
+        #: Whether more comes than a look can take.
+        self._behind = False
         #: Why the feed has ended for good, if it has.
         self._over: str | None = None
         self.at = -1
@@ -64,11 +70,14 @@ class Live(Session):
     async def listen(self) -> None:
         """Put reports aside until cancelled; only a file comes to an end.
 
-        What ends it otherwise stays in the notes, for whoever looks on later.
+        While too many wait no more are read: a server then waits as well, and datagrams
+        are counted and dropped. What ends it otherwise stays in the notes, for whoever looks
+        on later.
         """
         try:
             async for report in self._feed.reports():
-                self.left_out += len(self._waiting) == MOST_WAITING
+                while len(self._waiting) >= MOST_WAITING:
+                    await asyncio.sleep(AGAIN_S)
                 self._waiting.append(report)
         except InputError as error:
             self._over = str(error)
@@ -122,8 +131,7 @@ class Live(Session):
             watch.predicted()
 
     def forward(self) -> Frame | None:
-        while self._waiting:
-            self._picture.take(self._waiting.popleft())
+        self._take_waiting()
         now = self._picture.now()
         if now is None:
             heard = self._feed.counts.heard > 0
@@ -145,6 +153,16 @@ class Live(Session):
             self._other.look(told, time_s)
         self.at += 1
         return frame
+
+    def _take_waiting(self) -> None:
+        """Take what waits now, for as long as a look can spare; what comes meanwhile waits."""
+        until = time.monotonic() + TAKE_S
+        for left in reversed(range(len(self._waiting))):
+            self._picture.take(self._waiting.popleft())
+            if time.monotonic() > until:
+                self._behind = left > 0
+                return
+        self._behind = False
 
     def seek(self, time_s: float) -> None:
         raise InputError("live traffic is shown as it is now: replay its log to look back")
@@ -201,8 +219,8 @@ class Live(Session):
             notes.append(said.sentence())
         if believed.useless:
             notes.append(believed.sentence())
-        if self.left_out:
-            notes.append(f"{self.left_out} reports came faster than they could be taken")
+        if self._behind:
+            notes.append("more is heard than can be taken: the picture is some seconds behind")
         self.card = dataclasses.replace(self.card, notes=tuple(notes))
 
 

@@ -17,6 +17,8 @@ LARGEST = 64 * 1024
 Word = Annotated[str, msgspec.Meta(max_length=200)]
 Kind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
+#: An owner may change what all see; a viewer looks on, and may ask what-if.
+Role = Literal["owner", "viewer"]
 
 
 class _Asked(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
@@ -112,14 +114,17 @@ Asked = (
     | WhatIf
     | Ping
 )
+#: What changes nothing that others see.
+FOR_VIEWERS = Ping | WhatIf
 _asked = msgspec.json.Decoder(Asked)
 
 
 def read(text: str | bytes) -> Asked:
     """A viewer's message. InputError, in one line, if it is none."""
-    if len(text) > LARGEST:
-        raise InputError(f"a message of {len(text)} bytes: at most {LARGEST} are read")
     try:
+        text = text.encode() if isinstance(text, str) else text
+        if len(text) > LARGEST:
+            raise InputError(f"a message of {len(text)} bytes: at most {LARGEST} are read")
         return _asked.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise InputError(f"not a message of this protocol: {_line(error)}") from None
@@ -170,9 +175,12 @@ class Bounds(msgspec.Struct, frozen=True):
 
 
 class Hello(_Said, frozen=True):
+    """``role`` is that of who is told."""
+
     version: str
     catalogue: Catalogue
     limits: Bounds
+    role: Role
 
 
 class Preparing(_Said, frozen=True):

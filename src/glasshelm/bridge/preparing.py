@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
 from glasshelm.bridge import messages as m
@@ -37,9 +37,20 @@ class Preparing:
                 self._what = ""
                 self._tell([_message(None)])
 
-    async def done(self, job: Callable[[], Result]) -> Result:
-        """The result of a job in the thread."""
-        return await asyncio.get_running_loop().run_in_executor(self._thread, job)
+    async def done(
+        self, job: Callable[[], Result], unwanted: Callable[[Result], object] | None = None
+    ) -> Result:
+        """The result of a job in the thread.
+
+        If nobody waits for it any more it is not begun; of one begun the result is ``unwanted``.
+        """
+        future = self._thread.submit(job)
+        try:
+            return await asyncio.wrap_future(future)
+        except asyncio.CancelledError:
+            if unwanted is not None:
+                future.add_done_callback(lambda done: _dispose(done, unwanted))
+            raise
 
     async def over(self) -> None:
         """Wait until nothing is being prepared."""
@@ -49,6 +60,11 @@ class Preparing:
     def close(self) -> None:
         """Begin nothing more. A compiler cannot be stopped, and is not waited for."""
         self._thread.shutdown(wait=False, cancel_futures=True)
+
+
+def _dispose(done: Future[Result], unwanted: Callable[[Result], object]) -> None:
+    if not done.cancelled() and done.exception() is None:
+        unwanted(done.result())
 
 
 def _message(what: str | None) -> Told:

@@ -5,15 +5,19 @@ import contextlib
 import socket
 import webbrowser
 from collections.abc import Callable
+from urllib.parse import quote
 
 import uvicorn
 from starlette.applications import Starlette
 
-from glasshelm.bridge.messages import LARGEST
+from glasshelm.bridge import quiet
+from glasshelm.bridge.connections import Config, Room
 from glasshelm.errors import InputError
 
 #: Taken if it is free and no other is named.
 PORT = 8470
+#: Connections that the system keeps until they are accepted.
+_QUEUE = 128
 
 
 def bind(host: str, port: int | None) -> socket.socket:
@@ -24,7 +28,7 @@ def bind(host: str, port: int | None) -> socket.socket:
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             bound.bind((host, candidate))
-            bound.listen(128)
+            bound.listen(_QUEUE)
         except (OSError, OverflowError) as error:
             bound.close()
             problem = getattr(error, "strerror", None) or str(error)
@@ -39,36 +43,30 @@ def address(bound: socket.socket, token: str | None) -> str:
     """The address to open in a browser."""
     host, port = bound.getsockname()[:2]
     name = f"[{host}]" if ":" in host else host
-    return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+    return f"http://{name}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
 
 
 def serve(
-    app: Starlette, bound: socket.socket, url: str, browse: bool, ready: Callable[[], None]
+    app: Starlette,
+    bound: socket.socket,
+    url: str,
+    browse: bool,
+    ready: Callable[[], None],
+    room: Room | None = None,
 ) -> None:
     """Run until interrupted; ``ready`` is called when the first viewer can come.
 
     There is nothing to serve where the first session cannot begin: what is wrong is then raised.
     """
-    config = uvicorn.Config(
-        app,
-        log_level="warning",
-        lifespan="on",
-        # Larger than what is read, so that a message a little too long is answered in words.
-        ws_max_size=16 * LARGEST,
-        # Compressing for each viewer alone costs more than a local network does.
-        ws_per_message_deflate=False,
-        # A busy computer may take long to say that it is there; the page asks more often itself.
-        ws_ping_timeout=60,
-        timeout_graceful_shutdown=2,
-        server_header=False,
-    )
-    server = uvicorn.Server(config)
+    server = uvicorn.Server(Config(app, room))
 
     async def run() -> None:
+        quiet.begin()
         task = asyncio.create_task(server.serve(sockets=[bound]))
         while not server.started and not task.done():
             await asyncio.sleep(0.02)
         if server.started:
+            bound.listen(_QUEUE)  # so many may wait, though fewer are accepted at once
             ready()
             if browse:
                 await asyncio.to_thread(webbrowser.open, url)
@@ -88,3 +86,13 @@ def serve(
 def _failed(task: asyncio.Task[None]) -> BaseException | None:
     """What a task has failed with; None while it runs, and if it was cancelled."""
     return task.exception() if task.done() and not task.cancelled() else None
+
+
+def room_here() -> Room:
+    """For how many connections this process may open files."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return Room()
+    most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return Room() if most == resource.RLIM_INFINITY else Room.for_files(most)

@@ -22,6 +22,7 @@ def run(
     host: str = "127.0.0.1",
     port: int | None = None,
     token: str | None = None,
+    viewer_token: str | None = None,
     errors: str = "10,0.5,0.1",
     write_back: bool = False,
     signalk_token: str | None = None,
@@ -52,7 +53,9 @@ def run(
         log: Folder for the logs (default: the user's data folder, which is printed).
         host: Address to serve on; any but this machine's own needs a token.
         port: Port to serve on (default: 8470, or a free one if it is taken).
-        token: A secret that viewers must know, 12 characters or more.
+        token: A secret that its owner must know to open the page, 12 characters or more.
+        viewer_token: Another one, for those who may only look on: they change nothing that others
+            see. Both addresses are printed.
         errors: Largest errors of the sensors, in metres, degrees and knots, for which the certified
             rudder band of a sum pilot is shown; "off" for no band.
         write_back: Write rudder target, closest approaches and alarms back to the Signal K source.
@@ -71,7 +74,7 @@ def run(
     from glasshelm.bridge.guard import Guard
     from glasshelm.bridge.logs import Shelf, default_logs
     from glasshelm.bridge.opening import prepared, replayed
-    from glasshelm.bridge.serve import address, bind, serve
+    from glasshelm.bridge.serve import address, bind, room_here, serve
     from glasshelm.certify.declared import declared
     from glasshelm.errors import InputError
     from glasshelm.feeds.source import is_signalk, signalk_server
@@ -79,7 +82,7 @@ def run(
     from glasshelm.folders import writable
 
     console = Console(stderr=True)
-    guard = Guard(host, token)
+    guard = Guard(host, token, viewer_token)
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
     if replay is None or log is not None:
@@ -95,14 +98,20 @@ def run(
     writer = WriteBack(signalk_server(source, signalk_token)) if write_back else None
     bound = bind(host, port)
     url = address(bound, token)
-    app = application(Conductor(catalogue, logs, writer, bounds), guard, first)
+    room = room_here()
+    conductor = Conductor(catalogue, logs, writer, bounds)
+    app = application(conductor, guard, first, most_viewers=room.viewers)
 
     def ready() -> None:
-        console.print(f"bridge: {url}", markup=False, highlight=False, soft_wrap=True)
-        console.print(f"logs:   {logs}", markup=False, highlight=False, soft_wrap=True)
+        said = {"bridge": url, "logs": logs}
+        if viewer_token is not None:
+            said = {"bridge": url, "view only": address(bound, viewer_token), "logs": logs}
+        for name, what in said.items():
+            line = f"{name + ':':{max(map(len, said)) + 1}} {what}"
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
         console.print("Advisory research software, not for navigation. Ctrl-C stops.", markup=False)
 
-    serve(app, bound, url, open_, ready)
+    serve(app, bound, url, open_, ready, room)
     _leave()
 
 

@@ -1,38 +1,40 @@
-"""The time of a stream: what it says itself, or the time of arrival."""
+"""The time of a stream: what most of it says, or the time of arrival."""
 
-import time
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
+
+from glasshelm.feeds.epoch import TrafficTime
+from glasshelm.feeds.types import Counts
+
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class StreamClock:
     """Gives every sentence a time, also those that say none.
 
     A stream that tells its time (tag blocks) may be a recording played again years
-    later. Its other sentences then get the latest time told, and of a live
+    later. Its other sentences then get the latest time that is believed, and of a live
     stream also the seconds passed since. A live stream that never tells its
     time is dated by arrival; a file that does not has no time.
+
+    ``counts``: whose sentence for people names the clocks that are not believed.
     """
 
-    def __init__(self, live: bool):
+    def __init__(self, live: bool, counts: Counts | None = None):
         self.live = live
-        self._told: datetime | None = None
-        self._told_at = 0.0
+        self._time = TrafficTime()
+        if counts is not None:
+            counts.remark = self._time.wrong
 
     def tell(self, told: datetime, witness: str) -> datetime | None:
-        """Set the clock to a time that the stream tells."""
-        self._told, self._told_at = told, time.monotonic()
-        return told
+        """Hear the time of a report, told by a ship or ``station:NAME``; None: not believed now."""
+        return told if self._time.tell((told - _EPOCH).total_seconds(), witness) else None
 
     def now(self) -> datetime | None:
         """The time of a sentence that tells none."""
-        if not self.live:
-            return self._told
-        if self._told is None:
-            return datetime.now(UTC)
-        try:
-            return self._told + timedelta(seconds=time.monotonic() - self._told_at)
-        except OverflowError:  # told in the last second of the year 9999
-            return self._told
+        time_s = self._time.now_s if self.live else self._time.latest_s
+        if time_s is None:
+            return datetime.now(UTC) if self.live else None
+        return from_epoch(time_s)
 
 
 def from_epoch(seconds: float) -> datetime | None:

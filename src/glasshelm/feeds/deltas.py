@@ -1,22 +1,25 @@
 """From Signal K messages to reports: hello, deltas, and everything else that comes. SI already."""
 
-import math
-from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any
 
 import msgspec
 
 from glasshelm.ais.limits import is_vessel_mmsi
+from glasshelm.feeds.clock import StreamClock
+from glasshelm.feeds.delta_times import time_of
+from glasshelm.feeds.delta_values import read_values
 from glasshelm.feeds.types import Counts, Refusal, Report
 
 #: The longest message [bytes or characters].
 LONGEST_MESSAGE = 1 << 20
+#: The longest context: a ship's URN has some 60 characters.
+LONGEST_CONTEXT = 128
+#: Ships whose MMSI was told beside their context, at most; the one learnt first is forgotten.
+MOST_LEARNT = 10_000
 
 _VESSELS = "vessels."
 _MMSI = "urn:mrn:imo:mmsi:"
-
-Said = dict[str, Any]
 
 
 class _Value(msgspec.Struct):
@@ -26,7 +29,7 @@ class _Value(msgspec.Struct):
 
 class _Update(msgspec.Struct):
     values: list[_Value] = []
-    timestamp: str | None = None
+    timestamp: Any = None
 
 
 class _Message(msgspec.Struct):
@@ -39,14 +42,21 @@ _DECODER = msgspec.json.Decoder(_Message)
 
 
 class DeltaReader:
-    """Reads the messages of one connection, each counted once.
+    """Reads the messages of one server, each counted once.
 
     Own ship is the ``self`` of the server's hello, or the vessel with the MMSI ``own``.
+    One context is one ship, whatever its updates tell of her; an MMSI that is told of a
+    context without one is her number from then on.
     """
 
     def __init__(self, counts: Counts, own: str | None = None):
         self._counts, self._own = counts, own
         self._self = _VESSELS + "self"
+        self._clock = StreamClock(live=True)
+        #: The MMSI of contexts that have none in their name.
+        self._learnt: dict[str, str] = {}
+        #: The part of the tree that told own ship's waypoint: only its null ends the route.
+        self._route: str | None = None
 
     def message(self, raw: str | bytes) -> list[Report]:
         """The reports of a message, one for each update that tells something."""
@@ -73,52 +83,74 @@ class DeltaReader:
             self._self = _full(message.self)
             return []
         context = self._self if message.context is None else message.context
+        if context == _VESSELS + "self":
+            context = self._self
         if not context.startswith(_VESSELS):
             return Refusal.NO_SHIP
-        own = context in (self._self, _VESSELS + "self")
-        number = (self._self if own else context).removeprefix(_VESSELS).removeprefix(_MMSI)
-        if number.isascii() and number.isdigit() and _no_ship(number):
-            return Refusal.NO_SHIP
-        own = own or number == self._own
+        if len(context) > LONGEST_CONTEXT:
+            return Refusal.UNDECODABLE
         reports: list[Report] = []
         refused: list[Refusal] = []
         for update in message.updates:
-            found = _report(number, own, update)
+            found = self._report(context, update)
             (refused if isinstance(found, Refusal) else reports).append(found)  # pyright: ignore
         # Of several updates without any use, the message's reason is the first one's.
         return reports or (refused[0] if refused else Refusal.NOTHING_TOLD)
 
+    def _report(self, context: str, update: _Update) -> Report | Refusal:
+        """What one update says of the ship of a context."""
+        said = read_values((one.path, one.value) for one in update.values)
+        number, formerly = self._number(context, said.mmsi)
+        if number.isdigit() and _no_ship(number):
+            return Refusal.NO_SHIP
+        own = context == self._self or number == self._own
+        ended = self._route_ended(said.route, said.routes_ended) if own else False
+        if not (said.fields or said.ended or ended or formerly):
+            if said.bad:
+                return Refusal.UNDECODABLE
+            return Refusal.NOTHING_TOLD if said.used else Refusal.UNUSED
+        told = time_of(update.timestamp)
+        if told is None and update.timestamp is not None:
+            return Refusal.UNDECODABLE
+        if told is not None and said.moves:
+            self._clock.tell(told, number)
+        time = told or self._clock.now() or datetime.now(UTC)
+        return Report(
+            id=number,
+            time=time,
+            own=own,
+            formerly=formerly,
+            route_ended=ended,
+            ended=said.ended,
+            **said.fields,
+        )
 
-def _report(number: str, own: bool, update: _Update) -> Report | Refusal:
-    """What one update says. An update without a time is of now."""
-    said, bad, used = {}, False, False
-    for one in update.values:
-        reader = _READERS.get(one.path)
-        if reader is None:
-            continue
-        used = True
-        if one.value is None:
-            continue
-        try:
-            said |= {k: v for k, v in reader(one.value).items() if v is not None}
-        except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
-            bad = True
-    if not said:
-        unsaid = Refusal.NOTHING_TOLD if used else Refusal.UNUSED
-        return Refusal.UNDECODABLE if bad else unsaid
-    try:
-        time = _time(update.timestamp)
-    except (ValueError, OverflowError):
-        return Refusal.UNDECODABLE
-    number = said.pop("mmsi", None) or number
-    return Report(id=number, time=time, own=own, **said)
+    def _number(self, context: str, told: str | None) -> tuple[str, str | None]:
+        """Who a context is, and who she was taken for before her MMSI was told.
 
+        The context's own MMSI is hers, whatever else is told.
+        """
+        name = context.removeprefix(_VESSELS)
+        digits = name.removeprefix(_MMSI)
+        if digits.isascii() and digits.isdigit() and len(digits) < 20:
+            return str(int(digits)), None
+        learnt = self._learnt.get(context)
+        if told is None or told == learnt:
+            return learnt or name, None
+        if learnt is None and len(self._learnt) >= MOST_LEARNT:
+            del self._learnt[next(iter(self._learnt))]
+        self._learnt[context] = told
+        return told, learnt or name
 
-def _time(text: str | None) -> datetime:
-    if text is None:
-        return datetime.now(UTC)
-    time = datetime.fromisoformat(text)
-    return time.replace(tzinfo=UTC) if time.tzinfo is None else time.astimezone(UTC)
+    def _route_ended(self, told: str | None, ended: frozenset[str]) -> bool:
+        """Whether own ship's route ended: said by the one that told it, which tells no other."""
+        if told is not None:
+            self._route = told
+            return False
+        if self._route is None or self._route not in ended:
+            return False
+        self._route = None
+        return True
 
 
 def _full(identity: str) -> str:
@@ -127,62 +159,3 @@ def _full(identity: str) -> str:
 
 def _no_ship(number: str) -> bool:
     return len(number) > 9 or not is_vessel_mmsi(int(number))
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{value!r} is no number")
-    return float(value)
-
-
-def _as(name: str) -> Callable[[Any], Said]:
-    return lambda value: {name: _number(value)}
-
-
-def _position(value: Any) -> Said:
-    return {
-        "latitude_deg": _number(value["latitude"]),
-        "longitude_deg": _number(value["longitude"]),
-    }
-
-
-def _waypoint(value: Any) -> Said:
-    """The place of the route's next point; inside ``position`` in the newer form."""
-    return {f"waypoint_{name}": x for name, x in _position(value.get("position", value)).items()}
-
-
-def _length(value: Any) -> Said:
-    overall = value.get("overall")
-    return {"length_m": None if overall is None else _number(overall)}
-
-
-def _kind(value: Any) -> Said:
-    return {"kind": str(int(_number(value["id"])))}
-
-
-def _root(value: Any) -> Said:
-    """Values of the vessel herself: her name, her MMSI."""
-    name, mmsi = value.get("name"), value.get("mmsi")
-    said = {}
-    if isinstance(name, str):
-        said["name"] = name.strip() or None
-    if isinstance(mmsi, str) and mmsi.isascii() and mmsi.isdigit() and len(mmsi) <= 9:
-        said["mmsi"] = str(int(mmsi)) if int(mmsi) else None
-    return said
-
-
-_READERS: dict[str, Callable[[Any], Said]] = {
-    "": _root,
-    "navigation.position": _position,
-    "navigation.speedOverGround": _as("speed_m_s"),
-    "navigation.courseOverGroundTrue": _as("course_rad"),
-    "navigation.headingTrue": _as("heading_rad"),
-    "navigation.rateOfTurn": _as("rate_of_turn_rad_s"),
-    "steering.rudderAngle": _as("rudder_rad"),
-    "navigation.course.nextPoint": _waypoint,
-    "navigation.courseGreatCircle.nextPoint.position": _waypoint,
-    "navigation.courseRhumbline.nextPoint.position": _waypoint,
-    "design.length": _length,
-    "design.beam": _as("beam_m"),
-    "design.aisShipType": _kind,
-}

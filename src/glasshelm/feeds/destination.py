@@ -30,11 +30,18 @@ class Destination:
         self._place: tuple[float, float] | None = None
         self._on_course_s = -math.inf
         self.told = False
+        #: Whether the route was told to have ended, and no other was since.
+        self.ended = False
 
     def tell(self, latitude_deg: float, longitude_deg: float, now_s: float) -> None:
         """The route's next waypoint. It holds until another is told, or she is there, or off."""
         self._place, self.told = (latitude_deg, longitude_deg), True
-        self._on_course_s = now_s
+        self._on_course_s, self.ended = now_s, False
+
+    def end(self) -> None:
+        """The route has ended: the waypoint is ahead from now on."""
+        if self.told:
+            self._place, self.told, self.ended = None, False, True
 
     def waypoint(
         self, plane: Plane, east_m: float, north_m: float, course_rad: float, now_s: float

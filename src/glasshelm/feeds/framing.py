@@ -75,10 +75,12 @@ def framed(line: bytes) -> Framed | Refusal:
         return Refusal.CHECKSUM
     if not body.isascii():
         return Refusal.UNREADABLE
+    time, station, group = around.time, around.station, around.group
     for beside in (line[:begins], more):
-        time, station = _written(beside)
-        around = around._replace(time=around.time or time, station=around.station or station)
-    return around._replace(sentence=sentence[: mark.end()])
+        if beside:
+            written_time, written_station = _written(beside)
+            time, station = time or written_time, station or written_station
+    return Framed(sentence[: mark.end()], time, station, group)
 
 
 def checksum_of(body: bytes) -> int:
@@ -88,34 +90,48 @@ def checksum_of(body: bytes) -> int:
 
 def _tag_blocks(line: bytes) -> Framed | Refusal:
     """What the tag blocks at the beginning of a line tell; the sentence is what follows them."""
-    time, station, group = None, None, None
+    around = Framed(b"")
     while line.startswith(b"\\"):
         tag, closed, line = line[1:].partition(b"\\")
         if not closed:
             return Refusal.UNREADABLE
-        block = TagBlock(tag)
-        block.init()
-        if not block.is_valid:
-            return Refusal.CHECKSUM
-        if block.receiver_timestamp is not None:
-            time = _time_of(block.receiver_timestamp)
-            if time is None:
-                return Refusal.IMPOSSIBLE_TIME
-        station = f"station:{block.source_station}" if block.source_station else station
-        if block.group is not None:
-            g = block.group
-            group = Group(g.sentence_num, g.sentence_tot, str(g.group_id))
-    return Framed(line, time, station, group)
+        block = _tag_block(tag)
+        if isinstance(block, Refusal):
+            return block
+        around = Framed(
+            b"",
+            block.time or around.time,
+            block.station or around.station,
+            block.group or around.group,
+        )
+    return around._replace(sentence=line)
+
+
+@functools.lru_cache(4096)  # in a second many lines have the same
+def _tag_block(tag: bytes) -> Framed | Refusal:
+    """What one tag block tells."""
+    block = TagBlock(tag)
+    block.init()
+    if not block.is_valid:
+        return Refusal.CHECKSUM
+    time, told = None, block.receiver_timestamp
+    if told is not None:
+        time = _time_of(told)
+        if time is None:
+            return Refusal.IMPOSSIBLE_TIME
+    station = f"station:{block.source_station}" if block.source_station else None
+    g = block.group
+    group = None if g is None else Group(g.sentence_num, g.sentence_tot, str(g.group_id))
+    return Framed(b"", time, station, group)
 
 
 def _written(text: bytes) -> tuple[datetime | None, str | None]:
     """The time and the station in what was written before or after a sentence."""
     time, station = None, None
-    if text.strip():
-        for part in _BETWEEN.split(text.decode("latin-1")):
-            word = part.strip()
-            time = time or _time_of(word)
-            station = station or (f"station:{word}" if _STATION.fullmatch(word) else None)
+    for part in _BETWEEN.split(text.decode("latin-1")):
+        word = part.strip()
+        time = time or _time_of(word)
+        station = station or (f"station:{word}" if _STATION.fullmatch(word) else None)
     return time, station
 
 

@@ -30,7 +30,7 @@ class NmeaReader:
 
     def __init__(self, counts: Counts, live: bool, own: str | None = None):
         self._counts, self._own = counts, own
-        self._clock = StreamClock(live)
+        self._clock = StreamClock(live, counts)
         self._parts = Parts(counts)
         self._groups: dict[str, tuple[Framed, int]] = {}
         self._lines = 0

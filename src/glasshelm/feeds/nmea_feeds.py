@@ -5,11 +5,11 @@ import gzip
 import math
 import zlib
 from collections.abc import AsyncIterator, Iterator
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from glasshelm.feeds.again import Backoff
+from glasshelm.feeds.epoch import BELIEVED_S, TrafficTime
 from glasshelm.feeds.lines import Lines
 from glasshelm.feeds.nmea import NmeaReader
 from glasshelm.feeds.reasons import reason
@@ -21,7 +21,10 @@ SILENT_S = 120.0
 CONNECT_S = 10.0
 #: Datagrams that may wait to be read.
 MOST_DATAGRAMS = 4096
-_PIECE = 65536
+#: ... and how many bytes they may have together.
+MOST_BYTES = 1 << 24
+#: So much is read in one turn of the event loop [bytes]: some 150 lines, and others' turn.
+_PIECE = 8192
 _SILENT = "nothing comes"
 
 
@@ -84,7 +87,7 @@ class UdpFeed(Begun):
         """The reports as they come. InputError if the port cannot be listened on."""
         datagrams: asyncio.Queue[bytes] = asyncio.Queue(MOST_DATAGRAMS)
         try:
-            transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+            transport, listener = await asyncio.get_running_loop().create_datagram_endpoint(
                 lambda: _Listener(datagrams, self.counts), local_addr=self._address
             )
         except OSError as error:
@@ -94,7 +97,9 @@ class UdpFeed(Begun):
         self.connected = True
         try:
             while True:
-                for report in reader.read(_lines_of(await datagrams.get())):
+                datagram = await datagrams.get()
+                listener.bytes -= len(datagram)
+                for report in reader.read(_lines_of(datagram)):
                     yield report
                 await asyncio.sleep(0)
         finally:
@@ -106,11 +111,14 @@ class UdpFeed(Begun):
 class _Listener(asyncio.DatagramProtocol):
     def __init__(self, datagrams: asyncio.Queue[bytes], counts: Counts):
         self._datagrams, self._counts = datagrams, counts
+        #: How many bytes wait.
+        self.bytes = 0
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
-        try:
+        if not self._datagrams.full() and self.bytes + len(data) <= MOST_BYTES:
+            self.bytes += len(data)
             self._datagrams.put_nowait(data)
-        except asyncio.QueueFull:
+        else:
             lost = sum(1 for _ in _lines_of(data))
             self._counts.heard += lost
             self._counts.refuse(Refusal.OVERRUN, lost)
@@ -120,7 +128,8 @@ class FileFeed(Begun):
     """A file of NMEA (plain or .gz) played at the times of its tag blocks, or of its RMC.
 
     ``pace`` is how many seconds of the file pass in one; it may be changed while
-    playing, and ``inf`` does not wait at all.
+    playing, and ``inf`` does not wait at all. The time that passes is the one that most ships
+    agree on: nobody waits for a single wrong clock, nor for hours in which the file has nothing.
     """
 
     def __init__(self, path: Path, own: str | None = None, pace: float = 1.0):
@@ -131,14 +140,15 @@ class FileFeed(Begun):
     async def reports(self) -> AsyncIterator[Report]:
         """The reports when their time comes. InputError if the file cannot be read."""
         reader = NmeaReader(self.counts, live=False, own=self._own)
-        played: datetime | None = None
+        played = TrafficTime()
         self.connected = True
         try:
             for lines in self._lines():
                 for report in reader.read(lines):
-                    if played is not None and report.time > played:
-                        await self._pass((report.time - played).total_seconds())
-                    played = report.time if played is None else max(played, report.time)
+                    before_s = played.latest_s
+                    played.tell(report.time.timestamp(), report.id)
+                    if before_s is not None and played.latest_s is not None:
+                        await self._pass(played.latest_s - before_s)
                     yield report
                 await asyncio.sleep(0)
         finally:
@@ -146,7 +156,12 @@ class FileFeed(Begun):
             reader.end()
 
     async def _pass(self, seconds: float) -> None:
-        """Let so many seconds of the file go by, in steps, so that a new pace is soon felt."""
+        """Let so many seconds of the file go by, in steps, so that a new pace is soon felt.
+
+        A gap in the file is passed over.
+        """
+        if seconds > BELIEVED_S:
+            return
         while seconds > 0 and math.isfinite(self.pace):
             step = min(seconds, 0.5 * self.pace)
             await asyncio.sleep(step / self.pace)

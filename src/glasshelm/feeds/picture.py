@@ -1,8 +1,7 @@
 """The traffic as known now: the latest of every ship, as a scenario that pilots understand."""
 
-import heapq
+import itertools
 import math
-import time
 from datetime import UTC, datetime, timedelta
 
 import jax.numpy as jnp
@@ -12,8 +11,9 @@ from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.encounters.types import Encounter, Scenario
 from glasshelm.feeds.destination import AHEAD_M, Destination
-from glasshelm.feeds.echo import is_echo, note
-from glasshelm.feeds.epoch import TrafficTime
+from glasshelm.feeds.echo import OwnNumbers, is_echo, note
+from glasshelm.feeds.epoch import BACK_S, BELIEVED_S, TrafficTime, span
+from glasshelm.feeds.fleet import MOST_SHIPS, Fleet
 from glasshelm.feeds.possible import possible
 from glasshelm.feeds.scene import (
     DRIFTING_M_S,
@@ -29,22 +29,19 @@ from glasshelm.feeds.types import Counts, Refusal, Report
 from glasshelm.feeds.vessel import Motion, Vessel
 from glasshelm.geometry import Vector
 from glasshelm.ships import NAUTICAL_MILE_M, ShipParams
-from glasshelm.voyage import LOST_SHOWN_S
 
-#: A ship not heard for so long [s] is forgotten: lost, shown as lost for a while, and a minute.
-FORGOTTEN_S = LOST_AFTER_S + LOST_SHOWN_S + 60.0
 #: Ships farther off are known and not shown [m]: AIS by VHF seldom reaches so far.
 SHOWN_M = 100_000.0
 #: Ships shown at most, the nearest.
 SLOTS = 256
-#: Ships known at most; of more, the farthest tenth is forgotten.
-MOST_SHIPS = 4096
 #: The plane's origin is set anew when own ship is so far from it [m].
 RECENTRE_M = 30_000.0
 #: Older positions of own ship [s] are remarked on, and a picture with them is not called live.
 OWN_STALE_S = 30.0
-#: Numbers under which own ship is known, at most.
-_MOST_OWN = 8
+#: A jump of the time is remarked on for so long [s].
+JUMP_TOLD_S = 60.0
+#: The witness that own ship is, under whichever number.
+_OWN = "own ship"
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -52,33 +49,33 @@ class Picture:
     """Takes reports, one by one, and makes scenarios of them.
 
     ``counts`` counts reports: those that were believed, and why others were
-    not. Memory is bounded: at most ``MOST_SHIPS`` ships, each forgotten
-    ``FORGOTTEN_S`` after her last report.
+    not. Memory is bounded: at most ``fleet.MOST_SHIPS`` ships and a tenth, each forgotten
+    ``fleet.FORGOTTEN_S`` after her last report.
     """
 
     def __init__(self, title: str = "live", slots: int = SLOTS, lost_after_s: float = LOST_AFTER_S):
         self.counts = Counts("reports")
         self._title, self._lost_after_s = title, lost_after_s
         self._time = TrafficTime()
-        self._advanced_at = 0.0
+        self._jump: tuple[str, float] | None = None
         self._slots = Slots(slots)
         self._clear()
 
     def _clear(self) -> None:
         self._own = Vessel("own")
-        self._own_ids: set[str] = set()
-        self._ships: dict[str, Vessel] = {}
+        self._numbers = OwnNumbers()
+        self._fleet = Fleet()
         self._plane: Plane | None = None
         self._destination = Destination()
         self._slots.clear()
 
     def __len__(self) -> int:
         """How many ships are known, own ship not counted."""
-        return len(self._ships)
+        return len(self._fleet)
 
     @property
     def heard(self) -> datetime | None:
-        """The latest time (of the stream, UTC) that a believed position had."""
+        """The latest time (of the stream, UTC) that most ships agree on."""
         latest = self._time.latest_s
         return None if latest is None else _EPOCH + timedelta(seconds=latest)
 
@@ -87,10 +84,11 @@ class Picture:
 
         This is the ``now`` for :meth:`scenario`, whatever the year of the stream.
         """
-        latest = self._time.latest_s
-        if latest is None:
-            return None
-        return _EPOCH + timedelta(seconds=latest + time.monotonic() - self._advanced_at)
+        now_s = self._time.now_s
+        try:
+            return None if now_s is None else _EPOCH + timedelta(seconds=now_s)
+        except OverflowError:  # heard in the last second of the year 9999
+            return self.heard
 
     def own_age_s(self) -> float | None:
         """How old own ship's own position is at this instant [s]; None where there is none."""
@@ -121,7 +119,8 @@ class Picture:
         in recorded traffic.
         """
         now_s = _seconds(now)
-        self._forget(now_s)
+        self._fleet.forget(now_s)
+        self._numbers.forget(now_s)
         here = self._here(now_s)
         if here is None or self._plane is None:
             return None
@@ -147,17 +146,20 @@ class Picture:
             own_rudder=here.rudder_rad is not None,
             origin=self._plane.origin,
             start=now,
-            notes=self._notes(here),
+            notes=self._notes(here, now_s),
         )
 
     def state(self, now: datetime) -> str:
         """One line for people: what is known of own ship and how many ships there are."""
-        now_s = _seconds(now)
+        wrong = self._time.wrong()
+        return self._state(_seconds(now)) + (f"; {wrong}" if wrong else "")
+
+    def _state(self, now_s: float) -> str:
         own = self._own
         if own.fix is None:
             if self._time.latest_s is None:
                 return "nothing heard yet"
-            return f"no position of own ship yet ({len(self._ships)} other ships heard)"
+            return f"no position of own ship yet ({len(self)} other ships heard)"
         if now_s - own.fix.time_s > self._lost_after_s:
             return f"own ship was last heard {now_s - own.fix.time_s:.0f} s ago: she is lost"
         motion = own.motion()
@@ -165,79 +167,68 @@ class Picture:
             return "own ship's speed is not known yet"
         if _goes_anywhere(motion):
             return "own ship's course is not known yet"
-        ships = sum(1 for v in self._ships.values() if self._is_target(v))
+        ships = sum(1 for v in self._fleet.ships.values() if self._is_target(v))
         return f"own ship and {ships} other {'ship' if ships == 1 else 'ships'}"
 
     def _take(self, r: Report) -> Refusal | None:
+        if r.formerly is not None and self._fleet.rename(r.formerly, r.id):
+            self._slots.rename(r.formerly, r.id)
         if not possible(r):
             return Refusal.IMPOSSIBLE
         time_s = _seconds(r.time)
         placed = r.latitude_deg is not None
         moves = placed or not _identity_alone(r)
-        if moves and not self._time.believes(time_s):
-            return Refusal.TIME_JUMP
-        vessel = self._own if r.own else self._ships.get(r.id)
-        if placed:
-            before = vessel.fix.time_s if vessel and vessel.fix else None
-            if self._time.began_anew(time_s, before):
-                self._time.reset()
-                self._clear()
-                vessel = self._own if r.own else None
-        latest = self._time.latest_s
-        if moves and latest is not None and time_s < latest - FORGOTTEN_S:
-            return Refusal.LATE
-        if r.own and len(self._own_ids) < _MOST_OWN:
-            self._own_ids.add(r.id)
+        before_s = self._time.latest_s
+        if moves:
+            believed = self._time.tell(time_s, _OWN if r.own else r.id)
+            latest_s = self._time.latest_s or time_s
+            if not believed:
+                return Refusal.TIME_JUMP if time_s > latest_s else Refusal.LATE
+            if before_s is not None:
+                self._follow(latest_s - before_s, latest_s)
+            time_s = min(time_s, self._time.now_s or time_s)
+        else:
+            # A time of identity alone may be any (that of the server's start): it moves nothing.
+            time_s = min(time_s, before_s or time_s)
+        vessel = self._own if r.own else self._fleet.of(r)
         if vessel is None:
-            vessel = self._new(r.id)
-        # A time of identity alone may be any (that of the server's start): it moves nothing.
-        vessel.identify(r, time_s if moves else min(time_s, latest or time_s))
+            vessel = self._fleet.add(r, self._own.fix)
+        if vessel is None:
+            return Refusal.FAR
+        vessel.identify(r, time_s)
+        vessel.end(r.ended)
         refused = vessel.take(r, time_s) if moves else None
-        way = (r.waypoint_latitude_deg, r.waypoint_longitude_deg)
-        if r.own and way[0] is not None and way[1] is not None:
-            self._destination.tell(way[0], way[1], latest or time_s)
-        if refused is None and placed:
-            self._advance(time_s)
-            if vessel is not self._own:
-                note(vessel, self._own.fix, self._own.motion())
+        if r.own:
+            self._numbers.tell(r.id, time_s)
+            self._route(r, time_s)
+        elif vessel.other is not None:
+            self._fleet.split(vessel)
+        if refused is None and placed and not r.own:
+            note(vessel, self._own.fix, self._own.motion())
         return refused
 
-    def _advance(self, time_s: float) -> None:
-        if self._time.latest_s is None or time_s > self._time.latest_s:
-            self._advanced_at = time.monotonic()
-        self._time.advance(time_s)
+    def _follow(self, step_s: float, latest_s: float) -> None:
+        """Go with a jump of the time of the traffic."""
+        if step_s < -BACK_S:
+            self._clear()
+            told = f"the time of the traffic went back by {span(step_s)}: the picture began anew"
+        elif step_s > BELIEVED_S:
+            told = f"a gap of {span(step_s)} in the time of the traffic was passed over"
+        else:
+            return
+        self._jump = (told, latest_s)
 
-    def _new(self, number: str) -> Vessel:
-        """A ship not known before; if there are too many, room is made first."""
-        if len(self._ships) >= MOST_SHIPS:
-            self._forget(self._time.latest_s or 0.0)
-        if len(self._ships) >= MOST_SHIPS:
-            farthest = heapq.nlargest(MOST_SHIPS // 10, self._ships.values(), key=self._away_m)
-            for vessel in farthest:
-                del self._ships[vessel.id]
-        vessel = self._ships[number] = Vessel(number)
-        return vessel
-
-    def _forget(self, now_s: float) -> None:
-        """Drop the ships not heard for ``FORGOTTEN_S``."""
-        old = [v.id for v in self._ships.values() if now_s - v.heard_s > FORGOTTEN_S]
-        for number in old:
-            del self._ships[number]
-
-    def _away_m(self, vessel: Vessel) -> float:
-        """Roughly how far a ship is from own ship [m]; infinitely, if that is not known."""
-        own, fix = self._own.fix, vessel.fix
-        if own is None or fix is None:
-            return math.inf
-        turn = (fix.longitude_deg - own.longitude_deg + 180.0) % 360.0 - 180.0
-        east = turn * math.cos(math.radians(own.latitude_deg))
-        return 60 * NAUTICAL_MILE_M * math.hypot(east, fix.latitude_deg - own.latitude_deg)
+    def _route(self, r: Report, now_s: float) -> None:
+        """Take what own ship says of her route."""
+        if r.waypoint_latitude_deg is not None and r.waypoint_longitude_deg is not None:
+            self._destination.tell(r.waypoint_latitude_deg, r.waypoint_longitude_deg, now_s)
+        elif r.route_ended:
+            self._destination.end()
 
     def _is_target(self, vessel: Vessel) -> bool:
-        if vessel.id in self._own_ids or vessel.fix is None:
+        if vessel.fix is None or self._numbers.hide(vessel):
             return False
-        told = any(number.isdigit() for number in self._own_ids)
-        return told or not is_echo(vessel)
+        return self._numbers.mmsi is not None or not is_echo(vessel)
 
     def _here(self, now_s: float) -> Here | None:
         """Own ship now; None if she is not known, or lost. Keeps the plane near her."""
@@ -254,23 +245,22 @@ class Picture:
 
     def _shown(self, now_s: float) -> list[Vessel | None]:
         """The ships in their slots: the nearest of those within ``SHOWN_M``, lost ones last."""
-        near = sorted(
-            (now_s - v.fix.time_s > self._lost_after_s, away, v.id)
-            for v in self._ships.values()
-            if v.fix and self._is_target(v) and v.motion() and (away := self._away_m(v)) <= SHOWN_M
-        )
-        placed = self._slots.place([number for _, _, number in near])
-        return [None if number is None else self._ships[number] for number in placed]
+        assert self._own.fix is not None
+        near = self._fleet.nearest(self._own.fix, SHOWN_M, now_s, self._lost_after_s)
+        shown = (v.id for v in near if self._is_target(v) and v.motion())
+        placed = self._slots.place(list(itertools.islice(shown, len(self._slots))))
+        return [None if number is None else self._fleet.ships[number] for number in placed]
 
     def _own_name(self) -> str:
-        told = (f"MMSI {number}" for number in self._own_ids if number.isdigit())
-        return self._own.name or next(told, "own ship")
+        told = self._numbers.mmsi
+        return self._own.name or ("own ship" if told is None else f"MMSI {told}")
 
-    def _notes(self, here: Here) -> tuple[str, ...]:
+    def _notes(self, here: Here, now_s: float) -> tuple[str, ...]:
         notes = []
         if not self._destination.told:
+            why = "her route has ended" if self._destination.ended else "no route is known"
             notes.append(
-                "no route is known: the waypoint is assumed "
+                f"{why}: the waypoint is assumed "
                 f"{AHEAD_M / NAUTICAL_MILE_M:.0f} NM ahead on the course she steers"
             )
         if here.age_s > OWN_STALE_S:
@@ -280,6 +270,16 @@ class Picture:
             notes.append("own ship's heading is not known: she is shown heading north")
         if self._own.length_m is None:
             notes.append("own ship's length is not told: that of the chosen ship is assumed")
+        if self._jump is not None and now_s - self._jump[1] <= JUMP_TOLD_S:
+            notes.append(self._jump[0])
+        wrong = self._time.wrong()
+        if wrong is not None:
+            notes.append(wrong)
+        shared = self._fleet.shared()
+        if shared:
+            notes.append(f"two ships use one number, both are shown: MMSI {', '.join(shared[:3])}")
+        if self._fleet.full:
+            notes.append(f"more ships are heard than are kept: the nearest {MOST_SHIPS:,} are")
         return tuple(notes)
 
 

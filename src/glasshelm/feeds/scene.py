@@ -132,5 +132,8 @@ def info_of(vessel: Vessel | None) -> TargetInfo:
     """Who is in a slot."""
     if vessel is None:
         return TargetInfo("", "empty slot")
-    name = vessel.name or (called(vessel.id) if vessel.id.isdigit() else vessel.id)
+    number = vessel.second_of or vessel.id
+    name = vessel.name or (called(number) if number.isdigit() else number)
+    if vessel.second_of:
+        name = f"{name} (second)"
     return TargetInfo(vessel.id, name, vessel.length_m, vessel.kind)

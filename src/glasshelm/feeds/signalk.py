@@ -56,7 +56,7 @@ class SignalKFeed(Begun):
 
     async def reports(self) -> AsyncIterator[Report]:
         """The reports as they come; connects again until it is cancelled."""
-        backoff = Backoff()
+        backoff, reader = Backoff(), DeltaReader(self.counts, self._own)
         while True:
             try:
                 socket = await self._server.connect("all")
@@ -65,7 +65,6 @@ class SignalKFeed(Begun):
                 await backoff.wait()
                 continue
             self.connected, self.trouble = True, None
-            reader = DeltaReader(self.counts, self._own)
             try:
                 while (message := await self._message(socket)) is not None:
                     backoff.succeeded()

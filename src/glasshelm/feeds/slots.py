@@ -35,6 +35,10 @@ class Slots:
             self._ids[k] = one
         return list(self._ids)
 
+    def rename(self, old: str, new: str) -> None:
+        """The ship of a slot goes on under another number."""
+        self._ids = [new if one == old else one for one in self._ids]
+
     def clear(self) -> None:
         """Begin anew, every slot resting for one placing."""
         self._resting = {k for k, one in enumerate(self._ids) if one is not None}

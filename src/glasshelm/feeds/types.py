@@ -4,7 +4,7 @@ The rest of the room: ``source.feed_from`` makes a feed of a string, ``picture.P
 takes the reports and makes a scenario of them, ``write_back.WriteBack`` tells Signal K.
 """
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from datetime import datetime
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
@@ -20,12 +20,16 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     ``id`` is her MMSI or URN. ``time`` (UTC) is the time of the *stream*: for a
     recording played again it lies in the past. What the source does not say
     is ``None``: a report may hold identity alone (AIS types 5 and 24), or a heading
-    alone (HDT). The waypoint is the next one of own ship's route. ``own``: of own ship,
-    from her AIVDO, her sensors or the Signal K server's self.
+    alone (HDT). The waypoint is the next one of own ship's route; ``route_ended``: she
+    has none any more. ``ended`` names the fields of her motion of which the source says
+    that they are not available any more. ``own``: of own ship, from her AIVDO, her
+    sensors or the Signal K server's self. ``formerly``: the id under which the same ship
+    was told before her MMSI was known.
     """
 
     id: str
     time: datetime
+    formerly: str | None = None
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     course_rad: float | None = None
@@ -40,6 +44,8 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     beam_m: float | None = None
     kind: str | None = None
     own: bool = False
+    route_ended: bool = False
+    ended: tuple[str, ...] = ()
 
 
 class Refusal(StrEnum):
@@ -60,12 +66,20 @@ class Refusal(StrEnum):
     REPEATED = "a repeat of what was heard before"
     JUMP = "a jump in position or course"
     TIME_JUMP = "a jump in the time of the stream"
+    FAR = "of ships farther off than those that are kept"
     OVERRUN = "come faster than they were read"
 
 
 #: What every feed holds beside what is of use: no fault of it.
 _USUAL = frozenset(
-    (Refusal.UNUSED, Refusal.NO_SHIP, Refusal.NOTHING_TOLD, Refusal.LATE, Refusal.REPEATED)
+    (
+        Refusal.UNUSED,
+        Refusal.NO_SHIP,
+        Refusal.NOTHING_TOLD,
+        Refusal.LATE,
+        Refusal.REPEATED,
+        Refusal.FAR,
+    )
 )
 
 
@@ -83,6 +97,8 @@ class Counts:
         self.heard = 0
         self.understood = 0
         self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
+        #: More about what is refused, for people: which clocks are wrong.
+        self.remark: Callable[[], str | None] = lambda: None
 
     @property
     def waiting(self) -> int:
@@ -106,7 +122,9 @@ class Counts:
     def sentence(self) -> str:
         """For people: ``"heard 12 sentences: 9 used, 3 with a wrong checksum"``."""
         parts = [f"{self.understood} used", *(f"{n} {why}" for why, n in self._reasons())]
-        return f"heard {self.heard} {self.what}: {', '.join(parts)}"
+        remark = self.remark()
+        said = f"heard {self.heard} {self.what}: {', '.join(parts)}"
+        return f"{said}; {remark}" if remark else said
 
     def told(self) -> dict[str, Any]:
         """For programs: the same numbers."""

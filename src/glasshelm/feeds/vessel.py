@@ -7,6 +7,7 @@ against one report at a time as it comes.
 import dataclasses
 import math
 from collections import deque
+from collections.abc import Sequence
 
 from glasshelm.ais.cleaning import (
     AGREEING,
@@ -27,6 +28,8 @@ FASTEST_TURN_RAD_S = math.radians(708 / 60)
 COURSE_ERROR_RAD = math.radians(40)
 #: A speed or course belongs to a position that is at most this much older or younger [s].
 TOGETHER_S = 60.0
+#: Positions off the track of which one comes later than this [s] are no second track.
+APART_S = 200.0
 #: Names are cut to so many characters (AIS has 20).
 LONGEST_NAME = 64
 
@@ -61,11 +64,26 @@ class Motion:
     speed_m_s: float
 
 
+@dataclasses.dataclass(slots=True)
+class Compared:
+    """How a ship's positions lay to own ship's, each instant once (``echo``)."""
+
+    time_s: float = -math.inf
+    #: Positions in a row beside own ship, not beside her, and far from her.
+    beside: int = 0
+    away: int = 0
+    far: int = 0
+    #: When she was last seen to be another ship [s since 1970]; None: never, or outweighed.
+    apart_s: float | None = None
+
+
 class Vessel:
     """One ship, from her reports in the order in which they come. Bounded in memory."""
 
-    def __init__(self, number: str):
+    def __init__(self, number: str, second_of: str | None = None):
         self.id = number
+        #: The MMSI that another ship uses too, who was heard first.
+        self.second_of = second_of
         self.name: str | None = None
         self.length_m: float | None = None
         self.beam_m: float | None = None
@@ -76,12 +94,14 @@ class Vessel:
         self.rudder: Value | None = None
         #: When anything at all was last heard of her [s since 1970].
         self.heard_s = -math.inf
-        #: How many of her positions were beside own ship, and whether one was not (``echo``).
-        self.beside = 0
-        self.apart = False
+        #: Where her positions were, compared with own ship's.
+        self.compared = Compared()
+        #: Where another ship is, with the same number, heard in turn with her.
+        self.other: Fix | None = None
         self._course: Value | None = None
         self._speed: Value | None = None
         self._waiting: list[Fix] = []
+        self._on_track = 0
         self._before: deque[Fix] = deque(maxlen=2)
 
     def identify(self, r: Report, time_s: float) -> None:
@@ -106,6 +126,16 @@ class Vessel:
         self.rudder = _later(self.rudder, r.rudder_rad, time_s)
         self.heard_s = max(self.heard_s, time_s)
         return None
+
+    def join(self, other: "Vessel") -> None:
+        """Take over what is known of a ship that turned out to be this one."""
+        self.name = self.name or other.name
+        self.kind = self.kind or other.kind
+        self.length_m = self.length_m or other.length_m
+        self.beam_m = self.beam_m or other.beam_m
+        if other.fix is not None and (self.fix is None or other.fix.time_s > self.fix.time_s):
+            self.fix, self._course, self._speed = other.fix, other._course, other._speed
+            self.heading, self.heard_s = other.heading, max(self.heard_s, other.heard_s)
 
     def motion(self) -> Motion | None:
         """Her motion at her latest position; None if nothing tells a speed.
@@ -137,29 +167,68 @@ class Vessel:
                 return before
         return None
 
+    def end(self, names: Sequence[str]) -> None:
+        """Note which values are not available any more.
+
+        A speed or a course goes on, until positions tell another.
+        """
+        for name in names:
+            match name:
+                case "heading_rad":
+                    self.heading = None
+                case "rate_of_turn_rad_s":
+                    self.rate_of_turn = None
+                case "rudder_rad":
+                    self.rudder = None
+                case "course_rad" if self._course is not None:
+                    self._course = Value(self._course.value, -math.inf)
+                case "speed_m_s" if self._speed is not None:
+                    self._speed = Value(self._speed.value, -math.inf)
+
     def _place(self, fix: Fix) -> Refusal | None:
         """Move her to a new position if she can be there.
 
-        A position or course that she cannot have reached waits; when
-        ``AGREEING`` such reports agree, they are believed.
+        A position or course that she cannot have reached waits; when ``AGREEING`` such
+        reports of as many instants agree, they are believed; those of another ship if she
+        is heard on her track in between.
         """
         last = self.fix
         if last is not None:
             if fix.time_s < last.time_s:
                 return Refusal.LATE
-            if _repeats(last, fix):
+            if repeats(last, fix):
                 return Refusal.REPEATED
             if not follows(last, fix):
-                if self._waiting and not follows(self._waiting[-1], fix):
+                refused = self._off_track(last, fix)
+                if refused is not None:
+                    return refused
+            elif self._waiting:
+                self._on_track += 1
+                if fix.time_s - self._waiting[-1].time_s > APART_S:
                     self._waiting = []
-                self._waiting.append(fix)
-                if len(self._waiting) < AGREEING:
-                    return Refusal.JUMP
-                self._before.clear()
-        self._waiting = []
         self.fix = fix
         if not self._before or fix.time_s - self._before[-1].time_s >= BASELINE_S:
             self._before.append(fix)
+        return None
+
+    def _off_track(self, last: Fix, fix: Fix) -> Refusal | None:
+        """A position that she cannot have reached: why it is refused; None if it is hers now."""
+        waiting = self._waiting
+        if waiting and (fix.time_s <= waiting[-1].time_s or repeats(waiting[-1], fix)):
+            return Refusal.JUMP  # said thrice at one instant is said once
+        if waiting and not follows(waiting[-1], fix):
+            waiting.clear()
+        if not waiting:
+            self._on_track = 0
+        waiting.append(fix)
+        if len(waiting) < AGREEING:
+            return Refusal.JUMP
+        elsewhere = math.hypot(*way_m(last, fix)) > POSITION_ERROR_M
+        if self._on_track >= AGREEING - 1 and elsewhere:
+            self.other = waiting.pop()
+            return Refusal.JUMP
+        self._before.clear()
+        self._waiting = []
         return None
 
 
@@ -186,7 +255,7 @@ def follows(a: Fix, b: Fix) -> bool:
     return turned <= FASTEST_TURN_RAD_S * gap + COURSE_ERROR_RAD
 
 
-def _repeats(a: Fix, b: Fix) -> bool:
+def repeats(a: Fix, b: Fix) -> bool:
     """The same report again: at the same time, or with the same contents at once."""
     gap = b.time_s - a.time_s
     same = (a.latitude_deg, a.longitude_deg, a.speed_m_s) == (

@@ -1,0 +1,148 @@
+"""What a viewer asked for ends when she leaves; a change that has begun is done whole."""
+
+import asyncio
+import threading
+
+import pytest
+from tests.bridge.test_preparing import ASKED, SOON_S, Viewer, held, playing
+
+from glasshelm.bridge import conductor as conductor_module
+from glasshelm.bridge.conductor import Conductor
+from glasshelm.bridge.stage import Stage
+from glasshelm.bridge.turns import MOST_ASKED, MOST_PREPARED
+
+__all__ = ["held"]
+
+
+async def becomes(so) -> None:
+    async with asyncio.timeout(SOON_S):
+        while not so():
+            await asyncio.sleep(0.01)
+
+
+def shown(conductor: Conductor) -> str:
+    return conductor._there().session.card.source
+
+
+def test_nothing_is_opened_for_who_has_left(tmp_path, held, monkeypatch):
+    """Neither what waits, nor what is being prepared; that is closed again."""
+    begun, go_on = held
+    opened, closed = [], []
+    slowly, close = conductor_module.opened, Stage.close
+
+    def counted(*args):
+        opened.append(args)
+        return slowly(*args)
+
+    monkeypatch.setattr(conductor_module, "opened", counted)
+    monkeypatch.setattr(Stage, "close", lambda self: (closed.append(self), close(self)))
+
+    async def leave():
+        async with playing(tmp_path) as (conductor, first):
+            others = [await Viewer(conductor).join() for _ in range(3)]
+            for viewer in others:
+                for _ in range(MOST_PREPARED):
+                    await viewer.ask("open", source="imazu:2", pilot="straight")
+            await asyncio.to_thread(begun.wait, SOON_S)
+            for viewer in others:
+                conductor.leave(viewer.outbox)
+            await becomes(lambda: not conductor._requests)
+            go_on.set()
+            await becomes(lambda: closed)
+            assert (await first.next("preparing"))["what"] is None
+            assert len(opened) == 1
+            assert shown(conductor) == "imazu:1"
+            # And the next who asks is served.
+            await first.ask("open", source="imazu:3", pilot="straight")
+            await becomes(lambda: shown(conductor) == "imazu:3")
+            assert len(closed) == 2, "the old session, and the unwanted one"
+
+    asyncio.run(leave())
+    assert len(list(tmp_path.glob("*.jsonl"))) <= 3
+
+
+def test_what_is_prepared_is_not_shown_if_she_leaves_before_its_turn(tmp_path, monkeypatch):
+    closed = []
+    close = Stage.close
+    monkeypatch.setattr(Stage, "close", lambda self: (closed.append(self), close(self)))
+
+    async def leave():
+        async with playing(tmp_path) as (conductor, _):
+            other = await Viewer(conductor).join()
+            async with conductor._lock:  # somebody uses the session shown
+                await other.ask("open", source="imazu:2", pilot="straight")
+                await becomes(lambda: len(list(tmp_path.glob("*.jsonl"))) == 2)
+                await becomes(lambda: conductor._lock._waiters)
+                conductor.leave(other.outbox)
+                await becomes(lambda: closed)
+            assert shown(conductor) == "imazu:1"
+
+    asyncio.run(leave())
+
+
+def test_a_change_that_has_begun_is_done_whole(tmp_path, monkeypatch):
+    """The others are told of it, and the clock goes on."""
+    begun, go_on = threading.Event(), threading.Event()
+    seek = Stage.seek
+
+    def slowly(self, time_s):
+        begun.set()
+        assert go_on.wait(SOON_S)
+        return seek(self, time_s)
+
+    monkeypatch.setattr(Stage, "seek", slowly)
+
+    async def leave():
+        async with playing(tmp_path) as (conductor, first):
+            other = await Viewer(conductor).join()
+            await other.ask("seek", time_s=100.0)
+            await asyncio.to_thread(begun.wait, SOON_S)
+            conductor.leave(other.outbox)
+            await becomes(lambda: not conductor._requests)
+            go_on.set()
+            while (await first.next("frame"))["frame"]["time_s"] < 100.0:
+                pass
+            await first.ask("rate", rate=60)
+            assert (await first.next("frame"))["frame"]["time_s"] > 100.0
+
+    asyncio.run(leave())
+
+
+@pytest.mark.parametrize("asked", ASKED, ids=lambda asked: asked["type"])
+def test_only_so_much_is_prepared_for_one_viewer(tmp_path, held, asked):
+    _, go_on = held
+
+    async def ask():
+        async with playing(tmp_path) as (conductor, viewer):
+            for _ in range(MOST_PREPARED + 1):
+                await viewer.ask(**asked)
+            said = (await viewer.next("failure"))["message"]
+            assert said.startswith(f"{MOST_PREPARED} of your requests are being prepared")
+            other = await Viewer(conductor).join()
+            await other.ask("rate", rate=5)  # she is held up by nobody
+            await becomes(lambda: conductor._rate == 5)
+            go_on.set()
+            await becomes(lambda: not conductor._requests)
+            await viewer.ask("rate", rate=6)
+            await viewer.ask(**asked)
+            await becomes(lambda: not conductor._requests)
+            assert conductor.failed == 1
+
+    asyncio.run(ask())
+
+
+def test_questions_end_with_who_asked_them(tmp_path):
+    async def ask():
+        async with playing(tmp_path) as (conductor, first):
+            gone = await Viewer(conductor).join()
+            async with conductor._lock:
+                for _ in range(MOST_ASKED + 1):
+                    await gone.ask("whatif", change="kept")
+                assert "too many questions" in (await gone.next("failure"))["message"]
+                conductor.leave(gone.outbox)
+                await becomes(lambda: not conductor._questions)
+            await first.ask("whatif", change="kept")
+            assert (await first.next("whatif"))["change"] == "kept"
+            assert not any(kind == "whatif" for kind, _ in gone.outbox._waiting)
+
+    asyncio.run(ask())
