@@ -101,7 +101,7 @@ def test_bad_input_is_one_clear_line(args, tmp_path):
         (("run", "imazu:1", "--ship", "tug"), "unknown ship 'tug': choose one of paper, large"),
         (("run", "imazu:1", "--pilot", "folder.safetensors"), "a folder, not a weights file"),
         (("run", "nan.json"), "nan.json: not JSON"),
-        (("run", "empty.csv"), "empty.csv: no time column"),
+        (("run", "empty.csv"), "empty.csv: nothing is in it"),
         (("run", "new-york", "--own", "1"), "no usable report of MMSI 1"),
         (("explain", "empty.jsonl"), "empty.jsonl: no frame in it"),
         (

@@ -20,6 +20,7 @@ from glasshelm.bridge.outbox import Outbox
 from glasshelm.bridge.sailing import Sailing
 from glasshelm.bridge.turns import MOST_REQUESTS
 from glasshelm.encounters.source import scenario_from
+from glasshelm.errors import InputError
 from glasshelm.feeds.picture import Picture
 from glasshelm.feeds.types import Feed
 from glasshelm.pilots.straight import StraightPilot
