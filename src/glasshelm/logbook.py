@@ -6,6 +6,7 @@ was killed may end in a torn line; reading leaves that line out.
 """
 
 import contextlib
+import errno
 import inspect
 import itertools
 import json
@@ -79,15 +80,11 @@ class Logbook:
     def gone(self) -> bool:
         """Whether the file was removed or replaced: what is written now, nobody finds."""
         try:
-            ours = os.fstat(self._file.fileno())
-        except OSError:
-            return True
-        try:
-            return not os.path.samestat(os.stat(self.path), ours)
+            return not os.path.samestat(os.stat(self.path), os.fstat(self._file.fileno()))
         except (FileNotFoundError, NotADirectoryError):
             return True
-        except OSError:
-            return False  # nobody can tell at the moment
+        except OSError as error:
+            return error.errno == errno.ESTALE  # otherwise nobody can tell at the moment
 
     def close(self) -> None:
         self._file.close()

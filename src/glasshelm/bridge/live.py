@@ -83,6 +83,7 @@ class Live(Session):
         """
         try:
             async for report in self._feed.reports():
+                self._over = None
                 self.left_out += len(self._waiting) == MOST_WAITING
                 self._waiting.append(report)
         except InputError as error:
