@@ -83,7 +83,7 @@ class _File:
                 self._disk._called(name)
             except OSError:
                 if name == "write":
-                    self._file.write(bytes(args[0])[: len(args[0]) // 2])
+                    self._file.write(args[0][: len(args[0]) // 2])
                 raise
             return really(*args)
 

@@ -19,7 +19,8 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from glasshelm.errors import InputError
+from glasshelm.errors import InputError, told_as
+from glasshelm.folders import whole
 from glasshelm.frames import Frame
 
 #: Bytes of a frame's line at most; one of 200 ships has about 100,000.
@@ -133,8 +134,12 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def write(path: str | Path, frames: Iterable[Frame]) -> int:
-    """Write a new log, replacing the file; returns the number of frames."""
-    with Logbook(path, fresh=True) as log:
+    """Write a whole log, replacing the file; returns the number of frames."""
+    with (
+        whole(path) as partial,
+        told_as(str(path), partial),
+        Logbook(partial, fresh=True) as log,
+    ):
         for frame in frames:
             log.write(frame)
         return log.frames

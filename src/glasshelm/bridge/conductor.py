@@ -165,7 +165,8 @@ class Conductor:
             case m.Open() | m.Replay():
                 name = asked.source if isinstance(asked, m.Open) else asked.log
                 async with self.preparing.of(name):
-                    await self._begin(lambda: opened(asked, self.catalogue, self.logs))
+                    share = self.preparing.share
+                    await self._begin(lambda: opened(asked, self.catalogue, self.logs, share))
             case m.Pilot(name) | m.Compare(str(name)):
                 async with self.preparing.of(name):
                     pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
