@@ -33,6 +33,7 @@ def whole(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     partial = path.with_name(f".{os.getpid()}-{path.name[-100:]}")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
         with open(partial, "rb+") as file:
             os.fsync(file.fileno())

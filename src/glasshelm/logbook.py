@@ -6,6 +6,7 @@ was killed may end in a torn line; reading leaves that line out.
 """
 
 import contextlib
+import errno
 import inspect
 import itertools
 import json
@@ -18,7 +19,8 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from glasshelm.errors import InputError
+from glasshelm.errors import InputError, told_as
+from glasshelm.folders import whole
 from glasshelm.frames import Frame
 
 #: Bytes of a frame's line at most; one of 200 ships has about 100,000.
@@ -79,15 +81,11 @@ class Logbook:
     def gone(self) -> bool:
         """Whether the file was removed or replaced: what is written now, nobody finds."""
         try:
-            ours = os.fstat(self._file.fileno())
-        except OSError:
-            return True
-        try:
-            return not os.path.samestat(os.stat(self.path), ours)
+            return not os.path.samestat(os.stat(self.path), os.fstat(self._file.fileno()))
         except (FileNotFoundError, NotADirectoryError):
             return True
-        except OSError:
-            return False  # nobody can tell at the moment
+        except OSError as error:
+            return error.errno == errno.ESTALE  # otherwise nobody can tell at the moment
 
     def close(self) -> None:
         self._file.close()
@@ -136,8 +134,12 @@ def _told(path: Path) -> Iterator[None]:
 
 
 def write(path: str | Path, frames: Iterable[Frame]) -> int:
-    """Write a new log, replacing the file; returns the number of frames."""
-    with Logbook(path, fresh=True) as log:
+    """Write a whole log, replacing the file; returns the number of frames."""
+    with (
+        whole(path) as partial,
+        told_as(str(path), partial),
+        Logbook(partial, fresh=True) as log,
+    ):
         for frame in frames:
             log.write(frame)
         return log.frames

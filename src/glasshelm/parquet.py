@@ -15,14 +15,17 @@ from typing import Any
 
 import msgspec
 
-from glasshelm.errors import InputError
+from glasshelm.folders import whole
 from glasshelm.frames import Frame, Target
 
 _ROWS = 20_000  # rows a group
 
 
 def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
-    """Write the table; returns its number of rows. InputError if it cannot be written."""
+    """Write the table, whole or not at all; returns its number of rows.
+
+    InputError if it cannot be written.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -30,14 +33,13 @@ def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
     kinds |= {list[kind]: pa.list_(kinds[kind]) for kind in (float, str)}
     schema = pa.schema([(name, kinds[kind]) for name, kind in columns().items()])
     total = 0
-    try:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        with pq.ParquetWriter(str(path), schema, compression="zstd") as writer:
-            for group in _groups(rows(frames)):
-                writer.write_table(pa.Table.from_pylist(group, schema=schema))
-                total += len(group)
-    except OSError as error:
-        raise InputError(f"{path}: cannot write the table ({error})") from None
+    with (
+        whole(path) as partial,
+        pq.ParquetWriter(str(partial), schema, compression="zstd") as writer,
+    ):
+        for group in _groups(rows(frames)):
+            writer.write_table(pa.Table.from_pylist(group, schema=schema))
+            total += len(group)
     return total
 
 

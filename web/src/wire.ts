@@ -151,7 +151,8 @@ export interface PilotEntry {
 
 export interface LogEntry {
   name: string;
-  frames: number;
+  /** Absent of a long one that has not been counted to its end yet. */
+  frames?: number;
   time_utc?: string | null;
 }
 

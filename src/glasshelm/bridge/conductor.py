@@ -180,7 +180,8 @@ class Conductor:
             case m.Open() | m.Replay():
                 name = asked.source if isinstance(asked, m.Open) else asked.log
                 async with self.preparing.of(name):
-                    await self._begin(lambda: opened(asked, self.catalogue, self.logs))
+                    share = self.preparing.share
+                    await self._begin(lambda: opened(asked, self.catalogue, self.logs, share))
             case m.Pilot(name) | m.Compare(str(name)):
                 async with self.preparing.of(name):
                     pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
@@ -429,12 +430,13 @@ class Conductor:
         # First of all: what stands elsewhere is of a frame of now, or goes.
         with self.faults.contained(_WRITING):
             self._write_back(stage if told else None)
-        with self.faults.contained("telling the session"):
-            if live or told is None:
-                self._set(stage, live, self._rate)
-        self._tell(told or [])
+        self._playing = live or told is not None
         with self.faults.contained(_CERTIFYING):
             self._certify()
+        with self.faults.contained("telling the session"):
+            if live or told is None:
+                self._tell([("session", self._session_now(stage))])
+        self._tell(told or [])
 
     def _write_back(self, stage: Stage | None) -> None:
         """Tell what a frame of now says; what was told before is withdrawn if there is none."""

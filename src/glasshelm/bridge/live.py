@@ -79,6 +79,7 @@ class Live(Session):
         """
         try:
             async for report in self._feed.reports():
+                self._over = None
                 self._waiting.put(report)
         except InputError as error:
             self._over = str(error)

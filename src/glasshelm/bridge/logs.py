@@ -2,6 +2,7 @@
 
 import os
 import re
+import threading
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -9,10 +10,14 @@ import msgspec
 
 from glasshelm.bridge.messages import LogCard
 from glasshelm.errors import InputError
+from glasshelm.logbook import LONGEST
 
 SUFFIX = ".jsonl"
 #: At most so many logs are listed, the newest first.
 MOST_LISTED = 50
+#: Bytes of logs that are read at most to list them.
+COUNTED = 64_000_000
+_PIECE = 1_000_000
 
 
 def default_logs() -> Path:
@@ -38,24 +43,70 @@ def log_named(folder: Path, name: str) -> Path:
     return folder / name
 
 
+class _Counted:
+    """How far a log was counted."""
+
+    def __init__(self, inode: int):
+        self.inode, self.read, self.frames = inode, 0, 0
+        self.time_utc: str | None = None
+        self.is_log = True
+
+    def go_on(self, path: Path, size: int, most: int) -> int:
+        """Count what has been added, at most so many bytes; how many were read."""
+        begun = self.read
+        with open(path, "rb") as file:
+            if self.read == 0:
+                first = file.readline(LONGEST + 1)
+                if not first.endswith(b"\n"):  # not written to its end; or longer than a frame
+                    self.is_log = len(first) <= LONGEST
+                    return len(first)
+                self.is_log, self.time_utc = _begins_with(first)
+                self.read, self.frames = len(first), 1
+            file.seek(self.read)
+            while self.is_log and self.read < min(size, begun + most):
+                piece = file.read(min(_PIECE, size - self.read))
+                if not piece:
+                    break
+                self.read += len(piece)
+                self.frames += piece.count(b"\n")
+        return self.read - begun
+
+
 class Shelf:
-    """Lists the logs of a folder; a log that has not changed is not counted again."""
+    """Lists the logs of a folder. Of each only what was added is read, and no more than COUNTED
+    bytes in all at a time: what is longer is counted on the next time.
+    """
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self._known: dict[tuple[str, int], LogCard] = {}
+        self._known: dict[str, _Counted] = {}
+        self._counting = threading.Lock()
 
     def cards(self) -> list[LogCard]:
-        """The newest logs that hold a frame."""
-        known = {}
-        for path in _newest(self.folder)[:MOST_LISTED]:
-            try:
-                key = (path.name, path.stat().st_size)
-                known[key] = self._known.get(key) or _card(path)
-            except OSError:  # removed meanwhile, or not ours to read
-                continue
-        self._known = known
-        return [card for card in known.values() if card.frames]
+        """The newest logs that hold a frame; how many, where they have been counted to the end."""
+        with self._counting:
+            known, cards, left = {}, [], COUNTED
+            for path in _newest(self.folder)[:MOST_LISTED]:
+                try:
+                    there = path.stat()
+                    counted = self._known.get(path.name)
+                    if (
+                        counted is None
+                        or counted.inode != there.st_ino
+                        or counted.read > there.st_size
+                    ):
+                        counted = _Counted(there.st_ino)
+                    if left > 0 and counted.is_log and counted.read < there.st_size:
+                        left -= counted.go_on(path, there.st_size, left)
+                except OSError:  # removed meanwhile, or not ours to read
+                    continue
+                known[path.name] = counted
+                whole = counted.read >= there.st_size
+                if counted.is_log and counted.frames:
+                    frames = counted.frames if whole else None
+                    cards.append(LogCard(path.name, frames, counted.time_utc))
+            self._known = known
+        return cards
 
 
 def _newest(folder: Path) -> list[Path]:
@@ -71,12 +122,9 @@ class _When(msgspec.Struct):
     time_utc: str | None = None
 
 
-def _card(path: Path) -> LogCard:
-    with open(path, "rb") as file:
-        first = file.readline()
-        frames = first.endswith(b"\n") + sum(line.endswith(b"\n") for line in file)
+def _begins_with(line: bytes) -> tuple[bool, str | None]:
+    """Whether a log may begin so, and when it does."""
     try:
-        time_utc = msgspec.json.decode(first, type=_When).time_utc if frames else None
+        return True, msgspec.json.decode(line, type=_When).time_utc
     except (msgspec.DecodeError, UnicodeError):
-        return LogCard(path.name, 0)
-    return LogCard(path.name, frames, time_utc)
+        return False, None

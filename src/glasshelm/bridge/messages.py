@@ -154,8 +154,10 @@ class PilotCard(msgspec.Struct, frozen=True):
 
 
 class LogCard(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A log; of a long one how many frames it has may not be known yet."""
+
     name: str
-    frames: int
+    frames: int | None = None
     time_utc: str | None = None
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from glasshelm import logbook
 from glasshelm.bridge.again import Again
 from glasshelm.bridge.catalogue import Catalogue, alias
 from glasshelm.bridge.live import Live
@@ -16,10 +17,18 @@ from glasshelm.feeds.picture import Picture
 from glasshelm.manning import SHIP, ship_for
 
 
-def opened(asked: Open | Replay, catalogue: Catalogue, logs: Path) -> Session:
-    """The session that a page asks for. InputError if it is not of the catalogue."""
+def opened(
+    asked: Open | Replay,
+    catalogue: Catalogue,
+    logs: Path,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Session:
+    """The session that a page asks for. InputError if it is not of the catalogue.
+
+    ``progress`` is told which share of a log has been read.
+    """
     if isinstance(asked, Replay):
-        return replayed(log_named(logs, asked.log))
+        return replayed(log_named(logs, asked.log), progress)
     begin = prepared(catalogue, logs, asked.source, asked.pilot, asked.ship, asked.own, asked.at)
     return begin()
 
@@ -51,6 +60,12 @@ def prepared(
     return lambda: Sailing(scenario, helm, preset, scenario.own_track is not None, logs)
 
 
-def replayed(path: Path) -> Session:
-    """A log shown again."""
-    return Again(Record(path, fresh=False))
+def check_log(path: Path) -> None:
+    """InputError if this is no log, as far as its first frame tells."""
+    if next(logbook.read(path), None) is None:
+        raise InputError(f"{path}: no frame in it; it was cut off, or is no log")
+
+
+def replayed(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
+    """A log shown again; ``progress`` is told which share of it has been read."""
+    return Again(Record(path, fresh=False, progress=progress))

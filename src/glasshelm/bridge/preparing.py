@@ -17,7 +17,8 @@ class Preparing:
 
     def __init__(self, tell: Callable[[list[Told]], None]):
         self._tell = tell
-        self._lock, self._what = asyncio.Lock(), ""
+        self._lock, self._name, self._what = asyncio.Lock(), "", ""
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="prepare")
 
     @property
@@ -29,13 +30,27 @@ class Preparing:
     async def of(self, what: str) -> AsyncIterator[None]:
         """One at a time; all viewers are told of it."""
         async with self._lock:
-            self._what = what
-            self._tell([_message(what)])
+            self._loop, self._name = asyncio.get_running_loop(), what
+            self._say(what)
             try:
                 yield
             finally:
-                self._what = ""
-                self._tell([_message(None)])
+                self._name = ""
+                self._say("")
+
+    def share(self, done: float) -> None:
+        """Tell how much of it is done (0 to 1); called in the thread."""
+        name = self._name
+        if self._loop is not None and name:
+            self._loop.call_soon_threadsafe(self._progress, name, done)
+
+    def _progress(self, name: str, done: float) -> None:
+        if name == self._name:  # not over by now
+            self._say(f"{name} ({done:.0%})")
+
+    def _say(self, what: str) -> None:
+        self._what = what
+        self._tell([_message(what or None)])
 
     async def done(
         self, job: Callable[[], Result], unwanted: Callable[[Result], object] | None = None

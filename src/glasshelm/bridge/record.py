@@ -66,10 +66,11 @@ class FrameLines(ABC):
     def frame(self, number: int) -> Frame:
         return _decoder.decode(self.line(number))
 
-    def history(self, end: int) -> list[bytes]:
-        """The frames before ``end`` that a page is sent."""
-        first = max(end - HISTORY_FRAMES, self.first)
-        while first < end - 1 and self._ends[end] - self._ends[first] > HISTORY_BYTES:
+    def history(self, end: int, frames: int | None = None, size: int | None = None) -> list[bytes]:
+        """The frames before ``end``: so many, of so many bytes; or those that a page is sent."""
+        first = max(end - (HISTORY_FRAMES if frames is None else frames), self.first)
+        size = HISTORY_BYTES if size is None else size
+        while first < end - 1 and self._ends[end] - self._ends[first] > size:
             first += 1
         return self.lines(first, end)
 
@@ -150,7 +151,6 @@ class Record(FrameLines):
     def _restored(self, log: Logbook) -> Logbook:
         """The log as it was, in place of one that was removed: its file can still be read."""
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
             with whole(self.path) as path, open(path, "wb") as file:
                 self._file.seek(0)
                 shutil.copyfileobj(self._file, file)

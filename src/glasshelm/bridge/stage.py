@@ -23,6 +23,8 @@ PREDICT_EVERY_S = 0.25
 POINT_S = 30.0
 #: So many frames before a jump are seen again, for the rules' meetings.
 SEEN_AGAIN = 240
+#: And so many bytes of them at most.
+SEEN_AGAIN_BYTES = 64_000_000
 
 
 class Stage:
@@ -154,7 +156,7 @@ class Stage:
         self._past.fill(before)
         self._past_beside.fill(beside)
         self._record, self._line, self._line_beside = record, line, line_beside
-        self._lookout.again(record.lines(max(at - SEEN_AGAIN, record.first), at))
+        self._lookout.again(record.history(at, SEEN_AGAIN, SEEN_AGAIN_BYTES))
         self._predicted_at = -1e9
         self._tell(record.frame(at))
         return self.present()

@@ -69,11 +69,11 @@ def run(
     from rich.console import Console
 
     from glasshelm.bridge.app import application
-    from glasshelm.bridge.catalogue import Catalogue
+    from glasshelm.bridge.catalogue import Catalogue, is_feed
     from glasshelm.bridge.conductor import Conductor
     from glasshelm.bridge.guard import Guard
     from glasshelm.bridge.logs import Shelf, default_logs
-    from glasshelm.bridge.opening import prepared, replayed
+    from glasshelm.bridge.opening import check_log, prepared, replayed
     from glasshelm.bridge.serve import address, bind, room_here, serve
     from glasshelm.certify.declared import declared
     from glasshelm.errors import InputError
@@ -86,13 +86,19 @@ def run(
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
     if replay is None or log is not None:
-        writable(logs)
+        try:
+            writable(logs)
+        except InputError as error:
+            if not is_feed(source) or replay is not None:
+                raise
+            # Live traffic is watched all the same, and logged as soon as it can be.
+            console.print(f"logs:   {error}", markup=False, highlight=False, soft_wrap=True)
     if signalk_token is not None and not is_signalk(source):
         raise InputError(f"{source}: a Signal K token is for signalk://HOST[:PORT] only")
     catalogue = Catalogue(Shelf(logs), source, pilot, signalk_token, minutes)
     if replay is not None:
-        session = replayed(replay)
-        first = lambda: session  # noqa: E731
+        check_log(replay)
+        first = lambda: replayed(replay, conductor.preparing.share)  # noqa: E731
     else:
         first = prepared(catalogue, logs, source, pilot, ship, own, at)
     writer = WriteBack(signalk_server(source, signalk_token)) if write_back else None

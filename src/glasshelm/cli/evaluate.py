@@ -52,7 +52,7 @@ def run(
     from glasshelm.evaluation.progress import Display
     from glasshelm.evaluation.tables import report
     from glasshelm.evaluation.workers import workers_named
-    from glasshelm.folders import writable
+    from glasshelm.folders import whole, writable
 
     console = Console(stderr=True)
     command = shlex.join(["glasshelm", *sys.argv[1:]])
@@ -71,7 +71,8 @@ def run(
             )
             raise
     text = report(found, against)
-    (out / "report.md").write_text(text, encoding="utf-8")
+    with whole(out / "report.md") as partial:
+        partial.write_text(text, encoding="utf-8")
     if parquet:
         write_parquet(found.sailed, out)
     if figures:

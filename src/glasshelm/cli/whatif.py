@@ -69,6 +69,7 @@ def run(
     if out is None:
         return
     from glasshelm.figures.style import as_svg, save
+    from glasshelm.folders import whole
     from glasshelm.whatif.plot import overlay
 
     fact, other = answer.fact.frames(), answer.other.frames()
@@ -76,6 +77,7 @@ def run(
     write(out / "other.jsonl", other)
     figure = overlay(fact, other, answer.other.condition)
     save(figure, out / "whatif")
-    (out / "whatif.svg").write_bytes(as_svg(figure))
+    with whole(out / "whatif.svg") as partial:
+        partial.write_bytes(as_svg(figure))
     for name in ("fact.jsonl", "other.jsonl", "whatif.pdf", "whatif.png", "whatif.svg"):
         console.print(f"{out / name}", markup=False, highlight=False, soft_wrap=True)

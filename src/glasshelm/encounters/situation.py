@@ -31,6 +31,7 @@ from glasshelm.encounters.situation_file import (
 from glasshelm.encounters.tracks import Row, stack_rows
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, motion_at
 from glasshelm.errors import InputError
+from glasshelm.folders import whole
 from glasshelm.geometry import Vector
 from glasshelm.ships import KNOT_M_S, ShipParams, ShipState
 
@@ -147,7 +148,8 @@ def write_situation(
         schema_version=SCHEMA_VERSION,
         trafficgen_version=TRAFFICGEN_VERSION,
     )
-    Path(path).write_bytes(msgspec.json.format(msgspec.json.encode(document), indent=4) + b"\n")
+    with whole(path) as partial:
+        partial.write_bytes(msgspec.json.format(msgspec.json.encode(document), indent=4) + b"\n")
 
 
 def _fitted(ship: ShipParams, own: Voyage, notes: list[str]) -> ShipParams:

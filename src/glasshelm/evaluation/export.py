@@ -1,13 +1,14 @@
 """Results as Parquet: one row an encounter and pilot, and one row a meeting."""
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from glasshelm.errors import InputError
 from glasshelm.evaluation.colregs import Kind
 from glasshelm.evaluation.results import Columns, Sailed
+from glasshelm.folders import whole
 
 ENCOUNTERS, MEETINGS = "encounters.parquet", "meetings.parquet"
 
@@ -24,17 +25,15 @@ def write_parquet(sailed: tuple[Sailed, ...], out: Path) -> list[Path]:
 def _write(path: Path, tables: Iterator) -> None:
     import pyarrow.parquet as pq
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    writer = None
-    try:
-        for table in tables:
-            writer = writer or pq.ParquetWriter(str(path), table.schema, compression="zstd")
+    first = next(tables, None)
+    if first is None:
+        return
+    with (
+        whole(path) as partial,
+        pq.ParquetWriter(str(partial), first.schema, compression="zstd") as writer,
+    ):
+        for table in itertools.chain((first,), tables):
             writer.write_table(table)
-    except OSError as error:
-        raise InputError(f"{path}: cannot write the table ({error})") from None
-    finally:
-        if writer is not None:
-            writer.close()
 
 
 def _encounters(one: Sailed) -> Columns:

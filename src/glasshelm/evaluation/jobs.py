@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import os
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,6 +15,7 @@ import numpy as np
 from glasshelm.evaluation.entrants import Entrant, code_digest, digest_of
 from glasshelm.evaluation.sail import helm_for, sail
 from glasshelm.evaluation.types import Case, Suite
+from glasshelm.folders import whole
 from glasshelm.pilots.types import Pilot, Seer
 
 #: Worlds sailed at once.
@@ -116,11 +116,9 @@ class Kept:
             return None
 
     def write(self, key: str, found: Found) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
-        partial = self.folder / f"{key}.partial"
-        with open(partial, "wb") as file:
+        """Keep it. InputError if it cannot be written."""
+        with whole(self.path(key)) as partial, open(partial, "wb") as file:
             np.savez(file, **found)  # type: ignore[arg-type]
-        os.replace(partial, self.path(key))
 
 
 def all_done(

@@ -13,6 +13,7 @@ from glasshelm.faithfulness.kept import kept_or, key_of
 from glasshelm.faithfulness.plots import scores_figure
 from glasshelm.faithfulness.tables import report
 from glasshelm.figures.style import save
+from glasshelm.folders import whole
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.programs import let_go_if_many
 
@@ -46,7 +47,8 @@ def examine_all(
                 said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
                 console.print(said, markup=False)
             text.append(report(name, examined, command, machine))
-            (out / "exam.md").write_text("\n".join(text), encoding="utf-8")
+            with whole(out / "exam.md") as partial:
+                partial.write_text("\n".join(text), encoding="utf-8")
             save(scores_figure(examined, name), out / f"exam-{name}")
     except KeyboardInterrupt:
         console.print(

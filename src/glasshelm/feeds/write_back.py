@@ -140,8 +140,8 @@ class WriteBack:
         What it says (its hello, refusals) must be read: unread, it would fill the line.
         """
         listening = asyncio.create_task(_read(socket))
-        if self._standing:
-            self._news.set()  # what the connection before this one may have left
+        if self._standing or self._wanted:
+            self._news.set()  # what the connection before this one has left, or not written
         try:
             while not listening.done():
                 news = asyncio.create_task(self._news.wait())

@@ -22,6 +22,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from glasshelm.figures.series import Series, ships_of_note
+from glasshelm.folders import whole
 from glasshelm.ships import NAUTICAL_MILE_M
 
 INK = "#1b1f24"
@@ -180,11 +181,12 @@ def legend_below(figure: Figure, handles: list[Line2D]) -> None:
 @styled
 def save(figure: Figure, stem: Path) -> list[Path]:
     """Write ``stem.pdf`` (vector) and ``stem.png`` (200 dpi), alike for the same frames."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
     _settle(figure)
     pdf, png = stem.with_suffix(".pdf"), stem.with_suffix(".png")
-    figure.savefig(pdf, metadata={"CreationDate": None})
-    figure.savefig(png, dpi=200)
+    with whole(pdf) as partial:
+        figure.savefig(partial, metadata={"CreationDate": None})
+    with whole(png) as partial:
+        figure.savefig(partial, dpi=200)
     return [pdf, png]
 
 

@@ -7,7 +7,6 @@ rebuilt. No pickle.
 
 import hashlib
 import json
-import os
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,6 +17,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from glasshelm.errors import InputError
+from glasshelm.folders import whole
 
 Tree = TypeVar("Tree")
 FORMAT = "glasshelm-1"
@@ -30,17 +30,13 @@ class CheckpointError(InputError):
 def save_tree(path: Path, tree: Any, header: dict[str, Any]) -> str:
     """Write the arrays of a pytree with a JSON header; returns the file's SHA-256.
 
-    The file appears whole or not at all: a crash while writing leaves the old one.
+    The file appears whole or not at all: a crash while writing leaves the old one. InputError if
+    it cannot be written.
     """
     tensors = {name: np.asarray(leaf) for name, leaf in _named(tree)}
     data = save(tensors, metadata={"format": FORMAT, "header": json.dumps(header)})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(path.suffix + ".partial")
-    with open(partial, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+    with whole(path) as partial:
+        partial.write_bytes(data)
     return hashlib.sha256(data).hexdigest()
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from glasshelm.errors import InputError
-from glasshelm.folders import writable
+from glasshelm.folders import whole, writable
 
 LOG = "log.jsonl"
 
@@ -22,7 +22,8 @@ class Records:
         writable(folder)
         try:
             kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
-            self.path.write_text("".join(json.dumps(line) + "\n" for line in kept))
+            with whole(self.path) as partial:
+                partial.write_text("".join(json.dumps(line) + "\n" for line in kept))
         except OSError as error:
             raise InputError(f"{folder}: cannot write there ({error.strerror})") from None
         self._board = None
@@ -32,9 +33,15 @@ class Records:
             self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=resumed_at)
 
     def add(self, line: dict[str, Any]) -> None:
-        """Append one line; its numbers also go to TensorBoard at the line's ``number``."""
-        with self.path.open("a") as file:
-            file.write(json.dumps(line) + "\n")
+        """Append one line; its numbers also go to TensorBoard at the line's ``number``.
+
+        InputError if it cannot be written.
+        """
+        try:
+            with self.path.open("a") as file:
+                file.write(json.dumps(line) + "\n")
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot write it ({error.strerror})") from None
         if self._board is not None:
             for name, value in line.items():
                 if isinstance(value, int | float) and name not in ("number", "seconds"):

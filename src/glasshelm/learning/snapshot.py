@@ -50,9 +50,10 @@ def save_snapshot(folder: Path, state: Any, kept: Actor, place: Place, config: T
         "replay": replay_file,
     }
     save_tree(folder / STATE, {"state": state, "kept": kept}, header)
-    for old in folder.glob("replay-*.safetensors*"):
+    # And what one who was killed left half-written.
+    for old in (*folder.glob("replay-*.safetensors"), *folder.glob(".*-replay-*.safetensors")):
         if old.name != replay_file:
-            old.unlink()
+            old.unlink(missing_ok=True)
 
 
 def read_place(folder: Path) -> tuple[Place, TrainConfig]:

@@ -1,6 +1,5 @@
 """Everything that ``glasshelm explain`` leaves behind: figures as files and the report."""
 
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -8,6 +7,7 @@ from glasshelm.errors import InputError
 from glasshelm.figures.gallery import PLATES, reason
 from glasshelm.figures.series import Frames, series
 from glasshelm.figures.style import as_svg, save
+from glasshelm.folders import whole
 from glasshelm.report.page import page
 from glasshelm.report.story import story
 
@@ -47,9 +47,8 @@ def write_report(
             notes,
         )
         path = folder / "report.html"
-        partial = folder / "report.html.partial"
-        partial.write_text(told, encoding="utf-8")
-        os.replace(partial, path)  # whole or not at all
+        with whole(path) as partial:
+            partial.write_text(told, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{folder}: cannot write the report there ({error.strerror})") from None
     progress("report", 1.0)

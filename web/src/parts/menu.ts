@@ -213,7 +213,7 @@ export class Menu extends LitElement {
               <label>Log
                 <select id="log">
                   ${logs.map((l) => html`<option value=${l.name}>
-                    ${l.name.replace(/\.jsonl$/, "")} (${l.frames} frames)
+                    ${l.name.replace(/\.jsonl$/, "")} ${l.frames == null ? "" : `(${l.frames} frames)`}
                   </option>`)}
                 </select>
               </label>

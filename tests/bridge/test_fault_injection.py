@@ -1,0 +1,483 @@
+"""Everything that a live session does fails in turn: frames and alarms go on, and all heals."""
+
+import asyncio
+import concurrent.futures
+import errno
+import json
+import os
+import shutil
+from collections.abc import Callable
+
+import pytest
+from tests.bridge.test_live import Clock, Made, report
+from tests.broken_disk import BrokenDisk
+
+from glasshelm import logbook
+from glasshelm.bridge import faults as faults_module
+from glasshelm.bridge import live_record, lookout
+from glasshelm.bridge.alarms import AlarmList
+from glasshelm.bridge.bands import Bands
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.conductor import Conductor
+from glasshelm.bridge.faults import Faults, one_line, supervised
+from glasshelm.bridge.live import Live
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import Limits
+from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.rules import Rules
+from glasshelm.bridge.stage import Stage
+from glasshelm.errors import InputError
+from glasshelm.feeds.again import Backoff
+from glasshelm.feeds.write_back import WriteBack
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.watch import Watch
+
+CODES = [errno.ENOSPC, errno.EIO, errno.EACCES]
+
+
+class Writer(WriteBack):
+    """What stands on the server: the rudder and the alarms told last; None: withdrawn."""
+
+    def __init__(self):
+        self.stands = None
+        self.trouble = None
+
+    def tell(self, frame, alarms):
+        rudder = None if frame.decision is None else frame.decision.rudder_rad
+        self.stands = rudder, [alarm.target for alarm in alarms]
+
+    def fall_silent(self):
+        self.stands = None
+
+
+class Watched:
+    """A live session, a collision course, and a viewer; one look after the other."""
+
+    def __init__(self, folder):
+        self.feed, self.picture, self.writer = Made(), Clock(), Writer()
+        self.live = Live("tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder)
+        self.stage = Stage(self.live, Limits())
+        self.conductor = Conductor(Catalogue(Shelf(folder)), folder, self.writer)
+        self.conductor._stage, self.conductor._playing = self.stage, True
+        self.viewer = Outbox()
+        self.conductor.viewers.add(self.viewer)
+        self.time_s = 0.0
+        self.frames: list[dict] = []
+        self.alarms: list[dict] = []
+        self.notes: list[str] = []
+
+    async def look(self) -> int:
+        """How many frames one look has shown."""
+        self.time_s += 5.0
+        self.feed.given = [
+            report("230000001", self.time_s, 0.0, 5.0, own=True),
+            report("230000002", self.time_s, 2000.0, 1.0),
+        ]
+        await self.live.listen()
+        self.picture.time_s = self.time_s
+        await self.conductor._advance()
+        shown = 0
+        while len(self.viewer):
+            message = json.loads(await self.viewer.next())
+            if message["type"] == "frame":
+                shown += 1
+                self.frames.append(message["frame"])
+            elif message["type"] == "history":
+                self.frames = message["frames"]
+            elif message["type"] == "alarms":
+                self.alarms = message["alarms"]
+            elif message["type"] == "session":
+                self.notes = message["notes"]
+        return shown
+
+    @property
+    def troubles(self) -> list[str]:
+        return self.conductor.troubles
+
+    def logged(self, folder) -> list[dict]:
+        """The frames of all logs, which can be read."""
+        frames = []
+        for path in sorted(folder.glob("*.jsonl")):
+            frames += [frame.time_s for frame in logbook.read(path)]
+        return frames
+
+    def close(self) -> None:
+        self.conductor.close()
+
+
+@pytest.fixture
+def watched(tmp_path):
+    made = []
+
+    def begin(folder) -> Watched:
+        made.append(Watched(folder))
+        return made[-1]
+
+    yield begin
+    for one in made:
+        one.close()
+
+
+def shown_times(one: Watched) -> list[float]:
+    return [frame["time_s"] for frame in one.frames]
+
+
+@pytest.mark.parametrize(
+    ("code", "count"), [(errno.ENOSPC, 1_000), (errno.EACCES, 1_000), (errno.EIO, 1)]
+)
+def test_every_call_of_the_log_fails_in_turn(watched, tmp_path, monkeypatch, code, count):
+    disk = BrokenDisk(monkeypatch, tmp_path, code)
+    names: set[str] = set()
+    for first in range(1, 200):
+        folder = tmp_path / f"{first:03d}"
+
+        async def voyage(folder=folder, first=first):
+            one = watched(folder)
+            for _ in range(2):
+                assert await one.look() == 1
+            disk.fail(first, count)
+            for _ in range(3):
+                assert await one.look() == 1, f"call {first}: no frame"
+                assert one.alarms[0]["target"] == "230000002"
+                assert one.writer.stands == (0.0, ["230000002"])
+                if "write" in disk.failed and count > 1:
+                    line = f"the log cannot be written ({os.strerror(code)}): frames are shown"
+                    assert one.notes[0].startswith(line)
+                    assert one.troubles[0].startswith(line)
+            some_failed = bool(disk.failed)
+            names.update(disk.failed)
+            disk.heal()
+            for _ in range(2):
+                assert await one.look() == 1
+            assert one.troubles == []
+            assert not any("log" in note for note in one.notes)
+            assert shown_times(one) == [5.0 * k for k in range(7)]
+            return one.logged(folder), some_failed
+
+        logged, some_failed = asyncio.run(voyage())
+        assert logged == [5.0 * k for k in range(7)], f"call {first}"
+        if not some_failed:
+            break
+    else:
+        raise AssertionError("there was always one more call")
+    assert first > 5
+    assert {"write", "seek", "fstat"} <= names
+
+
+@pytest.mark.parametrize("code", CODES, ids=os.strerror)
+@pytest.mark.parametrize("count", [1, 1_000])
+def test_a_session_opens_without_a_log(watched, tmp_path, monkeypatch, code, count):
+    disk = BrokenDisk(monkeypatch, tmp_path, code)
+    for first in range(1, 10):
+        folder = tmp_path / f"{first:03d}"
+
+        async def voyage(folder=folder, first=first):
+            disk.fail(first, count)
+            one = watched(folder)
+            assert await one.look() == 1
+            failed = bool(disk.failed)
+            disk.heal()
+            assert await one.look() == 1
+            assert one.troubles == []
+            return failed, one.logged(folder)
+
+        failed, logged = asyncio.run(voyage())
+        assert logged == [0.0, 5.0]
+        if not failed:
+            break
+    assert first > 3
+
+
+def folder_removed(folder):
+    shutil.rmtree(folder)
+
+
+def file_removed(folder):
+    next(folder.glob("*.jsonl")).unlink()
+
+
+def file_in_place_of_the_folder(folder):
+    shutil.rmtree(folder)
+    folder.touch()
+
+
+@pytest.mark.parametrize("harm", [folder_removed, file_removed, file_in_place_of_the_folder])
+def test_what_was_removed_is_logged_again(watched, tmp_path, harm: Callable):
+    folder = tmp_path / "logs"
+
+    async def voyage():
+        one = watched(folder)
+        for _ in range(3):
+            assert await one.look() == 1
+        harm(folder)
+        assert await one.look() == 1
+        if folder.is_file():
+            assert "its folder is a file" in one.notes[0]
+            folder.unlink()
+        assert await one.look() == 1
+        assert one.troubles == []
+        return one.logged(folder)
+
+    assert asyncio.run(voyage()) == [0.0, 5.0, 10.0, 15.0, 20.0]
+
+
+def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, monkeypatch):
+    disk = BrokenDisk(monkeypatch, tmp_path)
+
+    async def voyage():
+        one = watched(tmp_path)
+        one.time_s = 7200.0
+        for _ in range(2):
+            assert await one.look() == 1
+        one.time_s = 0.0
+        disk.fail(1, 10_000)
+        shown = sum([await one.look() for _ in range(8)])
+        disk.heal()
+        assert await one.look() == 1
+        assert one.troubles == []
+        return shown, shown_times(one)
+
+    shown, times = asyncio.run(voyage())
+    assert shown >= 5  # it takes some reports to believe another time
+    assert times == [5.0 * k for k in range(len(times))]
+    logs = [list(logbook.read(path)) for path in sorted(tmp_path.glob("*.jsonl"))]
+    assert [frame.time_s for frame in logs[-1]] == times
+
+
+def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path, monkeypatch):
+    monkeypatch.setattr(live_record, "HELD_FRAMES", 4)
+    disk = BrokenDisk(monkeypatch, tmp_path)
+
+    async def voyage():
+        one = watched(tmp_path)
+        assert await one.look() == 1
+        disk.fail(1, 10_000)
+        for _ in range(6):
+            assert await one.look() == 1
+        disk.heal()
+        assert await one.look() == 1
+        assert one.troubles == []
+        joined = one.stage.present()
+        return one, joined
+
+    one, joined = asyncio.run(voyage())
+    assert one.logged(tmp_path) == [0.0, 15.0, 20.0, 25.0, 30.0, 35.0]
+    assert one.notes[-1:] == ["2 frames were shown without being logged"]
+    assert len(one.live.record._held) == 4
+    history = json.loads(joined[0][1])["frames"]
+    assert [frame["time_s"] for frame in history] == [5.0 * k for k in range(7)]
+
+
+PARTS = {
+    "the look": (Stage, "forward"),
+    "the picture": (Clock, "scenario"),
+    "the pilot": (Watch, "look"),
+    "the predicted track": (Watch, "predicted"),
+    "the rules": (Rules, "see"),
+    "the sentence": (lookout.Lookout, "_sentence"),
+    "the alarms": (AlarmList, "see"),
+    "the bands": (Bands, "want"),
+    "the session's message": (Stage, "session_now"),
+    "writing back": (Writer, "tell"),
+    "the log": (live_record.Logbook, "add"),
+}
+NO_FRAME = {"the look", "the picture"}
+WITHDRAWN = NO_FRAME | {"the alarms", "writing back"}
+ERRORS = [
+    ZeroDivisionError("division by zero"),
+    MemoryError(),
+    OSError(errno.EIO, "Input/output error", "/home/somebody/secret"),
+    InputError("one clear line"),
+    RuntimeError("in /home/somebody/secret.py\nof two lines"),
+]
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("part", PARTS)
+def test_every_part_of_a_look_fails_in_turn(watched, tmp_path, monkeypatch, part, error):
+    where, name = PARTS[part]
+    really = getattr(where, name)
+
+    def fails(self, *args, **more):
+        if part == "the pilot" and self is not one.live._helm.watch:
+            return really(self, *args, **more)
+        raise error
+
+    one = watched(tmp_path)
+
+    async def voyage():
+        for _ in range(2):
+            assert await one.look() == 1
+        assert one.writer.stands == (0.0, ["230000002"])
+        assert one.troubles == []
+        notes = one.notes
+        with monkeypatch.context() as broken:
+            broken.setattr(where, name, fails)
+            one.stage._predicted_at = -1e9
+            for _ in range(2):
+                shown = await one.look()
+                assert shown == (0 if part in NO_FRAME else 1)
+                (why,) = one.troubles
+                assert "\n" not in why
+                assert "/home" not in why
+                assert part == "the session's message" or why in one.notes
+                rudder = None if part == "the pilot" else 0.0
+                stands = None if part in WITHDRAWN else (rudder, ["230000002"])
+                assert one.writer.stands == stands
+                assert one.conductor._playing
+        one.stage._predicted_at = -1e9
+        for _ in range(2):
+            assert await one.look() == 1
+        assert one.troubles == []
+        assert one.notes == notes
+        assert one.writer.stands == (0.0, ["230000002"])
+        assert one.alarms[0]["target"] == "230000002"
+
+    asyncio.run(voyage())
+    assert one.logged(tmp_path) == shown_times(one)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [SystemExit(), StopIteration(), KeyboardInterrupt(), concurrent.futures.CancelledError(),
+     asyncio.CancelledError(), GeneratorExit()],
+    ids=lambda error: type(error).__name__,
+)  # fmt: skip
+def test_a_thread_cannot_end_the_loop(watched, tmp_path, monkeypatch, error):
+    one = watched(tmp_path)
+
+    def fails(self):
+        raise error
+
+    async def voyage():
+        with monkeypatch.context() as broken:
+            broken.setattr(Stage, "forward", fails)
+            assert await asyncio.wait_for(one.look(), 60) == 0
+        assert await one.look() == 1
+
+    asyncio.run(voyage())
+
+
+def test_who_joins_while_the_disk_fails_gets_everything(watched, tmp_path, monkeypatch):
+    disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
+
+    async def voyage():
+        one = watched(tmp_path)
+        for _ in range(3):
+            await one.look()
+        disk.fail(1, 100_000)
+        viewer = Outbox()
+        await one.conductor.join(viewer)
+        messages = [json.loads(await viewer.next()) for _ in range(len(viewer))]
+        return {message["type"]: message for message in messages}
+
+    told = asyncio.run(voyage())
+    assert set(told) == {"hello", "session", "history", "frame", "alarms"}
+    assert [frame["time_s"] for frame in told["history"]["frames"]] == [0.0, 5.0]
+    assert told["frame"]["frame"]["time_s"] == 10.0
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(Backoff, "FIRST_S", 0.01)
+    monkeypatch.setattr(faults_module, "HEALED_S", 0.1)
+
+
+def test_what_runs_for_ever_is_begun_again_and_told_until_it_is_well(impatient):
+    faults, begun, told = Faults(), [], []
+
+    async def run():
+        begun.append(1)
+        if len(begun) < 4:
+            raise ZeroDivisionError("/somewhere/else.py")
+        await asyncio.sleep(3600)
+
+    async def watch():
+        task = asyncio.create_task(supervised("keeping time", run, faults, told.append))
+        while len(begun) < 4:
+            await asyncio.sleep(0.01)
+            assert len(begun) in (0, 4) or faults.told
+        await asyncio.sleep(0.3)
+        assert faults.told == []
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        assert task.cancelled()
+
+    asyncio.run(watch())
+    assert told == ["keeping time failed (ZeroDivisionError: else.py): it is tried again"]
+
+
+@pytest.mark.parametrize("what", ["keep_time", "bands", "writer"])
+def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch, what):
+    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, Writer())
+    where = {"keep_time": conductor, "bands": conductor.bands, "writer": conductor.writer}[what]
+    begun = []
+
+    async def run():
+        begun.append(1)
+        if len(begun) < 3:
+            raise ValueError("no reason")
+        await asyncio.sleep(3600)
+
+    async def idle():
+        await asyncio.sleep(3600)
+
+    async def nothing():
+        pass
+
+    monkeypatch.setattr(conductor.writer, "run", idle)
+    monkeypatch.setattr(conductor.writer, "end", nothing)
+    monkeypatch.setattr(where, what if what == "keep_time" else "run", run)
+
+    async def watch():
+        task = asyncio.create_task(conductor.run())
+        while len(begun) < 3:
+            await asyncio.sleep(0.01)
+        assert not task.done()
+        assert conductor.troubles
+        await asyncio.sleep(0.3)
+        assert conductor.troubles == []
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(watch())
+    conductor.close()
+
+
+@pytest.mark.parametrize("error", [ValueError("odd"), InputError("the port is taken")])
+def test_a_feed_that_fails_is_heard_again(impatient, watched, tmp_path, error):
+    one = watched(tmp_path)
+    heard = []
+
+    async def reports():
+        heard.append(1)
+        if len(heard) < 3:
+            raise error
+        yield report("230000001", 5.0, 0.0, 5.0, own=True)
+        await asyncio.sleep(3600)
+
+    one.feed.reports = reports
+
+    async def watch():
+        task = asyncio.create_task(one.conductor._listen(one.live))
+        while not one.live._waiting:
+            await asyncio.sleep(0.01)
+            assert len(heard) in (0, 3) or one.troubles
+        await asyncio.sleep(0.3)
+        one.live.forward()
+        assert one.troubles == []
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(watch())
+    assert len(heard) == 3
+
+
+def test_an_error_is_one_short_line_without_a_folder():
+    assert one_line(ValueError("a\n  b")) == "ValueError: a b"
+    assert one_line(OSError(errno.ENOSPC, "No space left on device", "/a/b")) == (
+        "No space left on device"
+    )
+    assert one_line(ValueError("C:\\Users\\me\\x.py")) == "ValueError: x.py"
+    assert len(one_line(ValueError("x" * 10_000))) == 200
+    assert one_line(MemoryError()) == "MemoryError"
