@@ -16,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-from glasshelm.errors import InputError
+from glasshelm.errors import NOT_JSON, InputError
 from glasshelm.frames import Frame
 
 
@@ -105,7 +105,7 @@ def read(path: str | Path) -> Iterator[Frame]:
                 continue
             try:
                 yield decoder.decode(line)
-            except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            except NOT_JSON as error:
                 if not line.endswith(b"\n"):
                     return
                 raise InputError(f"{path}: line {number} is not a frame ({error})") from None

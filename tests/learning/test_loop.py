@@ -9,7 +9,6 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
-from rich.console import Console
 from safetensors.numpy import load_file
 
 from glasshelm.cli.train import run
@@ -24,6 +23,7 @@ from glasshelm.learning.records import read_records
 from glasshelm.learning.snapshot import STATE
 from glasshelm.pilots.learned import read_pilot
 from glasshelm.ships import ship_named
+from glasshelm.terminal import Terminal
 from glasshelm.world.step import begin
 
 QUIET = LoopSettings(tensorboard=False)
@@ -33,7 +33,7 @@ class Interrupting(Display):
     """Presses Ctrl-C when a stage has reached a unit."""
 
     def __init__(self, stage=None, number=None):
-        super().__init__(Console(quiet=True))
+        super().__init__(Terminal(quiet=True))
         self.wanted, self.stage = (stage, number), None
 
     def begin(self, name, unit, total, done):

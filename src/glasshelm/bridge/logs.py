@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm.bridge.messages import LogCard
-from glasshelm.errors import InputError
+from glasshelm.errors import NOT_JSON, InputError
 
 SUFFIX = ".jsonl"
 #: At most so many logs are listed, the newest first.
@@ -77,6 +77,6 @@ def _card(path: Path) -> LogCard:
         frames = first.endswith(b"\n") + sum(line.endswith(b"\n") for line in file)
     try:
         time_utc = msgspec.json.decode(first, type=_When).time_utc if frames else None
-    except (msgspec.DecodeError, UnicodeError):
+    except NOT_JSON:
         return LogCard(path.name, 0)
     return LogCard(path.name, frames, time_utc)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.errors import InputError, told_as
+from glasshelm.errors import NOT_JSON, InputError, told_as
 from glasshelm.frames import Frame
 from glasshelm.logbook import Logbook
 
@@ -93,7 +93,7 @@ class Record:
                     continue
                 try:
                     time_s = _decoder.decode(line).time_s
-                except (msgspec.DecodeError, UnicodeError) as error:
+                except NOT_JSON as error:
                     if not line.endswith(b"\n"):
                         break
                     problem = f"line {number} is not a frame ({error})"

@@ -52,6 +52,7 @@ def serve(
     config = uvicorn.Config(
         app,
         log_level="warning",
+        log_config=None,  # as everything else that this process logs
         lifespan="on",
         # Larger than what is read, so that a message a little too long is answered in words.
         ws_max_size=16 * LARGEST,

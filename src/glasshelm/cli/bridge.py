@@ -61,8 +61,6 @@ def run(
     from glasshelm.programs import keep_compiled
 
     keep_compiled()
-    from rich.console import Console
-
     from glasshelm.bridge.app import application
     from glasshelm.bridge.catalogue import Catalogue
     from glasshelm.bridge.conductor import Conductor
@@ -75,8 +73,9 @@ def run(
     from glasshelm.feeds.source import is_signalk, signalk_server
     from glasshelm.feeds.write_back import WriteBack
     from glasshelm.folders import writable
+    from glasshelm.terminal import Terminal
 
-    console = Console(stderr=True)
+    console = Terminal()
     guard = Guard(host, token)
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
@@ -96,9 +95,9 @@ def run(
     app = application(Conductor(catalogue, logs, writer, bounds), guard, first)
 
     def ready() -> None:
-        console.print(f"bridge: {url}", markup=False, highlight=False, soft_wrap=True)
-        console.print(f"logs:   {logs}", markup=False, highlight=False, soft_wrap=True)
-        console.print("Advisory research software, not for navigation. Ctrl-C stops.", markup=False)
+        console.say(f"bridge: {url}")
+        console.say(f"logs:   {logs}")
+        console.say("Advisory research software, not for navigation. Ctrl-C stops.")
 
     serve(app, bound, url, open_, ready)
     _leave()

@@ -44,8 +44,6 @@ def run(
     import shlex
     import sys
 
-    from rich.console import Console
-
     from glasshelm.evaluation.entrants import check_references, entrants
     from glasshelm.evaluation.exam import examine
     from glasshelm.evaluation.export import write_parquet
@@ -54,10 +52,11 @@ def run(
     from glasshelm.evaluation.workers import workers_named
     from glasshelm.folders import writable
     from glasshelm.parquet import check_parquet
+    from glasshelm.terminal import Terminal, tell
 
     if parquet:
         check_parquet(", or --no-parquet")
-    console = Console(stderr=True)
+    console = Terminal()
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = entrants(pilots, ships)
     check_references(against, chosen)
@@ -67,10 +66,9 @@ def run(
         try:
             found = examine(chosen, suite, out, command, encounters, hands, display.show)
         except KeyboardInterrupt:
-            console.print(
+            console.say(
                 f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
-                "the same command goes on from there",
-                markup=False,
+                "the same command goes on from there"
             )
             raise
     text = report(found, against)
@@ -81,6 +79,6 @@ def run(
         from glasshelm.evaluation.plots import draw_all
 
         for path in draw_all(found, out / "figures"):
-            console.print(f"figure: {path}", markup=False, highlight=False)
-    print(text)
-    console.print(f"report: {out / 'report.md'}", markup=False)
+            console.say(f"figure: {path}")
+    tell(text)
+    console.say(f"report: {out / 'report.md'}")

@@ -33,8 +33,6 @@ def run(
     import shlex
     import sys
 
-    from rich.console import Console
-
     from glasshelm.errors import InputError
     from glasshelm.evaluation.entrants import entrants
     from glasshelm.evaluation.exam import machine
@@ -42,6 +40,7 @@ def run(
     from glasshelm.faithfulness.scenes import COUNTS
     from glasshelm.faithfulness.session import examine_all
     from glasshelm.folders import writable
+    from glasshelm.terminal import Terminal
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:
@@ -51,5 +50,5 @@ def run(
     chosen = candidates(entrants(pilots))
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     what = (encounters, scenes, tuple(sorted(set(ships))))
-    console = Console(stderr=True)
+    console = Terminal()
     examine_all(chosen, what, writable(out), command, machine(), console)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.errors import InputError
+from glasshelm.errors import NOT_JSON, InputError
 
 SCHEMA_VERSION = "0.2.0"
 #: DNV's own reader refuses a file that does not name the version of its generator.
@@ -122,7 +122,7 @@ def read_file(path: Path) -> Situation:
         return msgspec.json.decode(data, type=Situation)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except NOT_JSON as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
 
 
