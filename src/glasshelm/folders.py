@@ -1,7 +1,14 @@
 """The folder that a command writes in, made and tried before anything is computed."""
 
+import contextlib
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks
+    fcntl = None
 
 from glasshelm.errors import InputError
 
@@ -17,3 +24,24 @@ def writable(folder: Path) -> Path:
         problem = "a file has that name, a folder is needed" if a_file else error.strerror
         raise InputError(f"{folder}: cannot write there ({problem})") from None
     return folder
+
+
+@contextlib.contextmanager
+def claimed(folder: Path) -> Iterator[Path]:
+    """``folder``, :func:`writable` and written in by nobody else meanwhile.
+
+    InputError if another process has it. The claim ends with the process,
+    however that ends; the empty file ``.lock`` stays.
+    """
+    with open(writable(folder) / ".lock", "ab") as lock:
+        if fcntl is not None:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"{folder}: another process is at work there: wait for it, "
+                    "or choose another --out"
+                ) from None
+            except OSError:  # a file system without locks
+                pass
+        yield folder

@@ -50,7 +50,7 @@ def run(
     from glasshelm.evaluation.progress import Display
     from glasshelm.evaluation.tables import report
     from glasshelm.evaluation.workers import workers_named
-    from glasshelm.folders import writable
+    from glasshelm.folders import claimed
     from glasshelm.parquet import check_parquet
     from glasshelm.terminal import Terminal, tell
 
@@ -61,24 +61,24 @@ def run(
     chosen = entrants(pilots, ships)
     check_references(against, chosen)
     hands = workers_named(workers, address)
-    writable(out)
-    with Display(console) as display:
-        try:
-            found = examine(chosen, suite, out, command, encounters, hands, display.show)
-        except KeyboardInterrupt:
-            console.say(
-                f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
-                "the same command goes on from there"
-            )
-            raise
-    text = report(found, against)
-    (out / "report.md").write_text(text, encoding="utf-8")
-    if parquet:
-        write_parquet(found.sailed, out)
-    if figures:
-        from glasshelm.evaluation.plots import draw_all
+    with claimed(out):
+        with Display(console) as display:
+            try:
+                found = examine(chosen, suite, out, command, encounters, hands, display.show)
+            except KeyboardInterrupt:
+                console.say(
+                    f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
+                    "the same command goes on from there"
+                )
+                raise
+        text = report(found, against)
+        (out / "report.md").write_text(text, encoding="utf-8")
+        if parquet:
+            write_parquet(found.sailed, out)
+        if figures:
+            from glasshelm.evaluation.plots import draw_all
 
-        for path in draw_all(found, out / "figures"):
-            console.say(f"figure: {path}")
+            for path in draw_all(found, out / "figures"):
+                console.say(f"figure: {path}")
     tell(text)
     console.say(f"report: {out / 'report.md'}")

@@ -39,7 +39,7 @@ def run(
     from glasshelm.faithfulness.candidates import candidates
     from glasshelm.faithfulness.scenes import COUNTS
     from glasshelm.faithfulness.session import examine_all
-    from glasshelm.folders import writable
+    from glasshelm.folders import claimed
     from glasshelm.terminal import Terminal
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
@@ -51,4 +51,5 @@ def run(
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     what = (encounters, scenes, tuple(sorted(set(ships))))
     console = Terminal()
-    examine_all(chosen, what, writable(out), command, machine(), console)
+    with claimed(out):
+        examine_all(chosen, what, out, command, machine(), console)
