@@ -10,6 +10,7 @@ Text of a frame can be shown as it is, wherever the frame comes from (:mod:`glas
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import datetime
 
 import msgspec
 
@@ -206,3 +207,5 @@ class Frame(_Part, frozen=True):
         self._clean(printable, "pilot", "source", "weights_sha256", "time_utc")
         if self.outside is not None and not all(map(str.isprintable, self.outside)):
             msgspec.structs.force_setattr(self, "outside", [*map(printable, self.outside)])
+        if self.time_utc is not None:
+            datetime.fromisoformat(self.time_utc)  # to who reads JSON: not a frame

@@ -24,7 +24,8 @@ def run(
     Ctrl-C stopped it, and a further pilot or suite sails only what is new.
 
     Args:
-        pilots: Bundled names, straight, planners, .safetensors files, package.module:function;
+        pilots: Bundled names, straight, planners, .safetensors files, package.module:function
+            (which runs that module's code; the current folder is searched too);
             NAME-guarded for a learned one under guard;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
         suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),

@@ -46,11 +46,13 @@ def run(
     from glasshelm.certify.declared import declared
     from glasshelm.certify.logged import with_bands
     from glasshelm.errors import InputError
+    from glasshelm.folders import writable
     from glasshelm.logbook import read
     from glasshelm.terminal import Terminal, progress, tell
     from glasshelm.whatif.source import pilot_of
 
     console = Terminal()
+    writable(out)
     title, notes = None, ()
     if source.endswith(".jsonl"):
         if advise or any(x is not None for x in (pilot, ship, own, at, steps)):

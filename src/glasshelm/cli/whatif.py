@@ -42,6 +42,7 @@ def run(
 
     keep_compiled()
     from glasshelm.errors import InputError
+    from glasshelm.folders import writable
     from glasshelm.logbook import read, write
     from glasshelm.pilots.catalogue import pilot_named
     from glasshelm.terminal import Terminal
@@ -54,6 +55,8 @@ def run(
     if not frames:
         raise InputError(f"{log}: no frame in it; it was cut off, or is no log")
     number = frame_at(frames, at)
+    if out is not None:
+        writable(out)
     changes = [
         *map(Deleted, delete),
         *map(Blind, blind),

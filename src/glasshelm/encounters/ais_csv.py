@@ -52,7 +52,10 @@ def read_csv(path: Path) -> Recording:
 
     InputError if a needed column is missing or no row can be read.
     """
-    rows = list(csv.reader(io.StringIO(read_text(path), newline="")))
+    try:
+        rows = list(csv.reader(io.StringIO(read_text(path), newline="")))
+    except csv.Error as error:
+        raise InputError(f"{path}: not a table ({error})") from None
     header = [name.strip().lower() for name in rows[0]] if rows else []
     place = {
         column: next((header.index(n) for n in names if n in header), None)

@@ -1,6 +1,7 @@
 """One string names any encounter: random, designed, a situation file, recorded traffic."""
 
 import dataclasses
+import os
 from datetime import datetime
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -55,10 +56,10 @@ def scenario_from(
             scenario = recorded_scenario(path, ship, chosen, at, settings)
         return dataclasses.replace(scenario, source=source)
     path = Path(source)
-    if kind in (*FAMILIES, "imazu") and not path.exists():
+    if kind in (*FAMILIES, "imazu") and not os.path.exists(path):
         _only_recorded(source, own, at)
         return generated(source, ship)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"no source {source!r} (nor such a file): choose {SOURCES}")
     if _is_json(path):
         _only_recorded(source, own, at)

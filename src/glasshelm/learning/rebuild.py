@@ -42,6 +42,8 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
     """
     actor = dict(_part(header, "actor"))
     kind = actor.pop("kind", None)
+    if not isinstance(kind, str):
+        raise _unfit("actor", f"kind {str(kind)[:100]!r}")
     actor_sizes = _sizes(ActorSizes, "actor", actor)
     critic_sizes = None
     if header.get("critic") is not None:

@@ -92,7 +92,7 @@ class EncounterEnv(gymnasium.Env[Any, np.ndarray]):
         info = {"margin": np.asarray(margin), "range_m": np.asarray(range_m)}
         return self._seen(state.observation), info
 
-    def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Hold a rudder for five seconds. InputError if ``action`` is none of the action space."""
         if self._world is None:
             raise InputError("step before reset: call reset first")

@@ -1,5 +1,6 @@
 """DNV traffic situations: every file of a folder."""
 
+import os
 from pathlib import Path
 
 from glasshelm.encounters.situation import read_situation
@@ -18,7 +19,7 @@ def situation_suite(folder: Path, ship: ShipParams) -> Suite:
     Own ship keeps K, T and rudder of ``ship``. InputError if there is none, or one
     cannot be read.
     """
-    files = sorted(folder.glob("*.json")) if folder.is_dir() else [folder]
+    files = sorted(folder.glob("*.json")) if os.path.isdir(folder) else [folder]
     if not files:
         raise InputError(f"{folder}: no situation in it (files ending in .json)")
     scenarios = [read_situation(file, ship) for file in files]
