@@ -152,16 +152,16 @@ def _step(
 def _rudder(action: Any) -> np.ndarray:
     """The action as a scalar."""
     try:
-        given = np.asarray(action, np.float32)
+        given = np.asarray(action, np.float64)
     except (TypeError, ValueError):
-        given = np.empty(0, np.float32)
+        given = np.empty(0)
     if given.shape not in ((), (1,)) or not abs(given.item()) <= 1.0:
         told = repr(action)
         told = told if len(told) <= 100 else f"{told[:100]}…"
         raise InputError(
             f"action {told}: must be one number from -1 to 1, in an array of shape (1,)"
         )
-    return given.reshape(())
+    return given.reshape(()).astype(np.float32)
 
 
 def _spaces(
