@@ -4,6 +4,7 @@ import dataclasses
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -13,6 +14,7 @@ from tests.voyages import plain
 from glasshelm.cli import main
 from glasshelm.encounters.situation import read_situation
 from glasshelm.encounters.types import TargetInfo
+from glasshelm.evaluation.cells import markdown
 from glasshelm.frames import Frame
 from glasshelm.logbook import read, write
 from glasshelm.pilots.catalogue import pilot_named
@@ -206,3 +208,10 @@ def test_whoever_asks_sees_where():
     told = _logged(GLASSHELM_DEBUG="1")
     assert told.count("Traceback") == 2
     assert "RuntimeWarning: overflow" in told
+
+
+def test_a_table_has_as_many_columns_whoever_is_in_it():
+    table = markdown(["pilot", "ship"], [[name, "x"] for name in NAMES]).split("\n")
+    assert len(table) == len(NAMES) + 2
+    for row in table:
+        assert len(re.findall(r"(?<!\\)(?:\\\\)*\|", row)) == 3, row
