@@ -1,12 +1,11 @@
 # From a fresh clone, with Python 3.11 or newer: `make test`, `make demo`.
-# The environment is made in .venv on first use, from the versions in constraints.txt.
+# The environment is made in .venv on first use, from the versions and hashes in requirements/.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
 PYTEST_FLAGS ?=
 BIN := $(VENV)/bin
 STORIES := out/stories
-export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 PAGE := src/glasshelm/bridge/static/index.html
@@ -26,12 +25,13 @@ help:
 
 install: $(VENV)/installed
 
-$(VENV)/installed: pyproject.toml constraints.txt
+$(VENV)/installed: pyproject.toml requirements/test.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Python 3.11 or newer is needed: make PYTHON=/path/to/python3.11"; exit 1; }
 	@echo "Installing Glasshelm and what it needs into $(VENV): some minutes the first time"
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q -e '.[test]'
+	$(BIN)/python -m pip install -q --require-hashes -r requirements/test.txt
+	$(BIN)/python -m pip install -q --no-deps --no-build-isolation -e .
 	@touch $@
 
 page: $(PAGE)
@@ -77,7 +77,7 @@ safety: install
 
 wheel: install page
 	rm -rf dist
-	$(BIN)/python -m build --wheel --outdir dist
+	$(BIN)/python -m build --wheel --no-isolation --outdir dist
 	scripts/test-wheel dist/*.whl $(PYTHON)
 
 clean:

@@ -2,6 +2,8 @@
 
 import errno
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,9 +18,21 @@ from glasshelm import logbook, parquet
 from glasshelm.errors import InputError
 from glasshelm.evaluation.jobs import Kept
 from glasshelm.figures import style
-from glasshelm.folders import whole, writable
+from glasshelm.folders import claimed, whole, writable
 from glasshelm.learning.checkpoint import load_tree, save_tree
+from glasshelm.learning.loop import LoopSettings, train
+from glasshelm.learning.presets import preset_named
+from glasshelm.learning.progress import Display
 from glasshelm.learning.records import Records, read_records
+from glasshelm.terminal import Terminal
+
+HOLD = """
+import sys, pathlib, time
+from glasshelm.folders import claimed
+with claimed(pathlib.Path(sys.argv[1])):
+    print("claimed", flush=True)
+    time.sleep(600)
+"""
 
 
 def text(path: Path, number: int) -> None:
@@ -149,3 +163,34 @@ def test_a_folder_is_tried(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="a folder is needed"):
         writable(tmp_path / "file" / "x")
+
+
+def test_a_folder_has_one_owner_at_a_time(tmp_path):
+    with claimed(tmp_path / "a"):
+        with (
+            pytest.raises(InputError, match="another process is at work there"),
+            claimed(tmp_path / "a"),
+        ):
+            pass
+        with claimed(tmp_path / "b"):
+            pass
+    with claimed(tmp_path / "a"):
+        pass
+
+
+def test_the_claim_of_a_process_that_was_killed_is_gone(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "claimed\n"
+        config, loop = preset_named("tiny"), LoopSettings(tensorboard=False)
+        with pytest.raises(InputError, match="another process"):
+            train(config, tmp_path, loop, False, Display(Terminal(quiet=True)))
+        assert [path.name for path in tmp_path.iterdir()] == [".lock"]
+    finally:
+        process.kill()
+        process.wait()
+    with claimed(tmp_path):
+        pass

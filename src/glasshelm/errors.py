@@ -4,6 +4,11 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
+import msgspec
+
+#: What msgspec raises for bytes that are not JSON, or not of the type that they should be.
+NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+
 
 class InputError(ValueError):
     """Bad input. The message is one line: what is wrong, where, and what would be right."""

@@ -6,6 +6,11 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks
+    fcntl = None
+
 from glasshelm.errors import InputError
 
 
@@ -44,3 +49,24 @@ def whole(path: str | Path) -> Iterator[Path]:
         if isinstance(error, OSError):
             raise InputError(f"{path}: cannot write it ({error.strerror or error})") from None
         raise
+
+
+@contextlib.contextmanager
+def claimed(folder: Path) -> Iterator[Path]:
+    """``folder``, :func:`writable` and written in by nobody else meanwhile.
+
+    InputError if another process has it. The claim ends with the process,
+    however that ends; the empty file ``.lock`` stays.
+    """
+    with open(writable(folder) / ".lock", "ab") as lock:
+        if fcntl is not None:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"{folder}: another process is at work there: wait for it, "
+                    "or choose another --out"
+                ) from None
+            except OSError:  # a file system without locks
+                pass
+        yield folder

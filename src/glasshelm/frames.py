@@ -4,15 +4,27 @@ One schema for a line of the log, a message to the page and the input of a
 figure. SI units, radians clockwise from north, east/north of the scenario's
 origin. What a pilot or a source does not have is *absent* (``None`` here, not
 written there), never a zero. Field names are fixed: others build on them.
+Text of a frame can be shown as it is, wherever the frame comes from (:mod:`glasshelm.text`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from datetime import datetime
+
 import msgspec
+
+from glasshelm.text import name_of, printable
 
 
 class _Part(msgspec.Struct, frozen=True, omit_defaults=True):
     """Fields left at ``None`` are not written."""
+
+    def _clean(self, clean: Callable[[str], str], *fields: str) -> None:
+        for field in fields:
+            text = getattr(self, field)
+            if text is not None and (shown := clean(text)) != text:
+                msgspec.structs.force_setattr(self, field, shown)
 
 
 class Ship(_Part, frozen=True):
@@ -73,6 +85,9 @@ class Guard(_Part, frozen=True):
     within_s: float | None = None
     depth: float | None = None
 
+    def __post_init__(self) -> None:
+        self._clean(printable, "target")
+
 
 class ByTask(_Part, frozen=True):
     """One number a sub-task (Eq. 16-19, 22)."""
@@ -104,6 +119,9 @@ class Band(_Part, frozen=True):
     course_rad: float
     speed_m_s: float
     turn: str | None = None
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "turn")
 
 
 class Target(_Part, frozen=True):
@@ -152,6 +170,10 @@ class Target(_Part, frozen=True):
     latitude_deg: float | None = None
     longitude_deg: float | None = None
 
+    def __post_init__(self) -> None:
+        self._clean(printable, "id")
+        self._clean(name_of, "name")
+
 
 class Frame(_Part, frozen=True):
     """One instant.
@@ -180,3 +202,10 @@ class Frame(_Part, frozen=True):
     outside: list[str] | None = None
     band: Band | None = None
     guard: Guard | None = None
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "pilot", "source", "weights_sha256", "time_utc")
+        if self.outside is not None and not all(map(str.isprintable, self.outside)):
+            msgspec.structs.force_setattr(self, "outside", [*map(printable, self.outside)])
+        if self.time_utc is not None:
+            datetime.fromisoformat(self.time_utc)  # to who reads JSON: not a frame

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from glasshelm.errors import InputError, told_as
+from glasshelm.errors import NOT_JSON, InputError, told_as
 from glasshelm.folders import whole
 from glasshelm.frames import Frame
 
@@ -160,7 +160,7 @@ def read(path: str | Path) -> Iterator[Frame]:
         for number, line in lines(file, str(path)):
             try:
                 yield decoder.decode(line)
-            except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            except NOT_JSON as error:
                 if not line.endswith(b"\n"):
                     return
                 raise InputError(f"{path}: line {number} is not a frame ({error})") from None

@@ -1,16 +1,17 @@
 """Over a Ray cluster the numbers are the same to the bit."""
 
 import importlib.util
+import sys
 
 import numpy as np
 import pytest
 from tests.evaluation.test_jobs import SUITE, jobs
+from tests.missing import needed
 
 from glasshelm.errors import InputError
 from glasshelm.evaluation.jobs import done, here
 from glasshelm.evaluation.workers import workers_named
 
-HAS_RAY = importlib.util.find_spec("ray") is not None
 #: A crowded machine takes long to begin, and has little memory left: neither is for Ray to judge.
 PATIENT = {
     "RAY_worker_register_timeout_seconds": "600",
@@ -27,8 +28,7 @@ def two_workers(monkeypatch):
     """A Ray cluster of two processors; begun again if its parts do not find each other in time."""
     for name, value in PATIENT.items():
         monkeypatch.setenv(name, value)
-    import ray
-
+    ray = needed("ray")
     for attempt in range(3):
         try:
             ray.init("local", num_cpus=2, include_dashboard=False, log_to_driver=False)
@@ -41,7 +41,7 @@ def two_workers(monkeypatch):
     ray.shutdown()
 
 
-@pytest.mark.skipif(not HAS_RAY, reason="Ray is not installed (extra 'ray')")
+@pytest.mark.skipif(sys.version_info >= (3, 14), reason="Ray has no wheels for this Python")
 def test_two_ray_workers_give_the_bits_of_this_process(two_workers):
     over_ray = dict(workers_named("ray")(jobs()))
     same_process = dict(here(jobs()))

@@ -12,18 +12,19 @@ from tests.bridge.process import PATIENCE_S, start, viewing
 from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import SHIP, pictured, running, shown, until
 from tests.feeds.signalk_server import SignalKServer, why_not
+from tests.missing import missing
 
 from glasshelm.feeds.source import feed_from, signalk_server
 from glasshelm.feeds.write_back import WriteBack
-
-pytestmark = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
 #: AIS number under which the sample's own ship hears herself.
 ECHO = "230035780"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="module", autouse=True)
 def server(tmp_path_factory):
+    if why := why_not():
+        missing(why)
     server = SignalKServer(tmp_path_factory.mktemp("signalk"))
     server.start()
     yield server

@@ -1,4 +1,5 @@
 import pytest
+from tests.missing import needed
 
 from glasshelm.errors import InputError
 from glasshelm.learning.records import LOG, Records, read_records
@@ -26,7 +27,7 @@ def test_resuming_drops_what_came_after_the_snapshot_and_a_torn_line(tmp_path):
 
 
 def test_tensorboard_gets_the_numbers(tmp_path):
-    pytest.importorskip("tensorboardX")
+    needed("tensorboardX")
     records = Records(tmp_path, None)
     records.add(line(1))
     records.close()

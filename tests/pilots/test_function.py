@@ -1,14 +1,23 @@
 """Somebody else's function steers, whatever it is written with."""
 
+import sys
+
 import jax
 import jax.numpy as jnp
+import msgspec
 import numpy as np
 import pytest
 from tests.untrained import observation
+from tests.voyages import plain
 
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import Open
+from glasshelm.bridge.opening import opened
 from glasshelm.errors import InputError
 from glasshelm.pilots.catalogue import pilot_named
 from glasshelm.pilots.together import Together
+from glasshelm.whatif.source import pilot_of
 
 MODULE = """
 import numpy as np
@@ -74,3 +83,37 @@ def test_what_cannot_steer_is_told_in_one_line(module, name, says):
     with pytest.raises(InputError, match=says) as told:
         pilot_named(name)
     assert "\n" not in str(told.value)
+
+
+@pytest.fixture
+def trap(tmp_path, monkeypatch):
+    """A module of the current folder that tells when it is imported."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "trap.py").write_text("import pathlib\npathlib.Path('sprung').touch()\nsteer = 1\n")
+    yield tmp_path / "sprung"
+    sys.modules.pop("trap", None)
+
+
+def test_no_viewer_and_no_log_can_name_code_to_run(trap, tmp_path):
+    catalogue = Catalogue(Shelf(tmp_path))
+    for asked in (
+        lambda: catalogue.pilot("trap:steer"),
+        lambda: opened(Open("imazu:1", "trap:steer"), catalogue, tmp_path),
+        lambda: opened(Open("trap:steer"), catalogue, tmp_path),
+        lambda: pilot_of(msgspec.structs.replace(plain()[0], pilot="trap:steer")),
+    ):
+        with pytest.raises(InputError, match="trap:steer"):
+            asked()
+    assert not trap.exists()
+    with pytest.raises(InputError, match="neither a function nor a pilot"):
+        pilot_named("trap:steer")  # who starts a command may
+    assert trap.exists()
+
+
+@pytest.mark.parametrize("code", ["1/0", "def", "raise SyntaxError('x')", "import nowhere"])
+def test_code_that_cannot_be_imported_is_one_line(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.py").write_text(code)
+    monkeypatch.delitem(sys.modules, "broken", raising=False)
+    with pytest.raises(InputError, match=r"pilot 'broken:steer': .*import.*broken"):
+        pilot_named("broken:steer")

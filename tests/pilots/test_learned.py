@@ -2,6 +2,7 @@ import subprocess
 import sys
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from glasshelm.learning.presets import PRESETS, config_to_dict
 from glasshelm.pilots import catalogue, learned
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.types import Pilot
+from glasshelm.world.outside import LARGEST
 
 
 @pytest.fixture
@@ -157,3 +159,14 @@ def test_importing_the_package_imports_no_jax():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     with pytest.raises(AttributeError, match="has no attribute 'lode'"):
         glasshelm.lode  # noqa: B018
+
+
+@pytest.mark.parametrize("name", catalogue.bundled())
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
+    pilot, seen = glasshelm.load(name), observation(2)
+    seen = jax.tree.map(lambda x: x if x.dtype == bool else jnp.full_like(x, sign * LARGEST), seen)
+    told = jax.tree.leaves(eqx.filter(pilot.decide(seen), eqx.is_array))
+    assert all(np.isfinite(leaf).all() for leaf in told if leaf.dtype.kind == "f")
+    with pytest.raises(InputError, match="impossible"):
+        pilot.decide(jax.tree.map(lambda x: x if x.dtype == bool else x * 1e32, seen))

@@ -133,3 +133,15 @@ def test_wrong_options_are_told():
         make(episode_steps=0)
     with pytest.raises(InputError, match="reset first"):
         make().step(np.zeros(1))
+
+
+@pytest.mark.parametrize("action", [
+    np.nan, [np.nan], [np.inf], [1.01], -1.5, [0.0, 0.0], [], [[0.0]], None, "port", [1e40],
+])  # fmt: skip
+def test_an_action_that_is_none_is_refused(action):
+    env = make()
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"must be one number from -1 to 1"):
+        env.step(action)
+    for fine in (np.float32([1.0]), np.array([-1.0]), 0.5, [0]):
+        assert np.isfinite(env.step(fine)[1])

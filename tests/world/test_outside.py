@@ -1,5 +1,6 @@
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -110,3 +111,12 @@ def test_a_nan_waypoint_is_named():
     nowhere = Vector(jnp.asarray(jnp.nan), FAR.y)
     seen = remember(nothing_seen(0), see(OWN, nowhere, ships(), ships().present), True)
     assert not_numbers(seen) == ["the waypoint is seen with no finite dx, dy, bearing"]
+
+
+def test_a_feature_that_no_ship_can_have_is_named():
+    seen = remember(nothing_seen(1), see(OWN, FAR, ships((3000, 5000, 5)), jnp.array([True])), True)
+    for value in (1e38, -1e7):
+        huge = eqx.tree_at(lambda s: s.targets, seen, seen.targets.at[0, 2, 3].set(value))
+        assert not_numbers(huge, ["ALPHA"]) == ["ALPHA is seen with an impossible vx"]
+    with pytest.raises(InputError, match="the waypoint is seen with an impossible dx"):
+        check_numbers(eqx.tree_at(lambda s: s.waypoint, seen, seen.waypoint.at[0, 0].set(3e6)))

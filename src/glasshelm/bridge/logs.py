@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm.bridge.messages import LogCard
-from glasshelm.errors import InputError
+from glasshelm.errors import NOT_JSON, InputError
 from glasshelm.logbook import LONGEST
 
 SUFFIX = ".jsonl"
@@ -126,5 +126,5 @@ def _begins_with(line: bytes) -> tuple[bool, str | None]:
     """Whether a log may begin so, and when it does."""
     try:
         return True, msgspec.json.decode(line, type=_When).time_utc
-    except (msgspec.DecodeError, UnicodeError):
+    except NOT_JSON:
         return False, None

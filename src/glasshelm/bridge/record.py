@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm import logbook
-from glasshelm.errors import InputError, told_as
+from glasshelm.errors import NOT_JSON, InputError, told_as
 from glasshelm.folders import whole
 from glasshelm.frames import Frame
 from glasshelm.logbook import Logbook
@@ -173,7 +173,7 @@ class Record(FrameLines):
                 start = file.tell() - len(line)
                 try:
                     time_s = _decoder.decode(line).time_s
-                except (msgspec.DecodeError, UnicodeError) as error:
+                except NOT_JSON as error:
                     if not line.endswith(b"\n"):
                         break
                     problem = f"line {number} is not a frame ({error})"

@@ -20,8 +20,12 @@ COMMANDS = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Entry point of ``glasshelm``; returns the exit status (2: bad input, 130: interrupted,
-    141: nobody reads the output any more)."""
+    """Entry point of ``glasshelm``; returns the exit status.
+
+    2: bad input, or a file or device that does not do what is asked; 70: a fault of ours;
+    130: interrupted; 141: nobody reads the output any more. Whatever goes wrong is one line
+    on standard error; with ``GLASSHELM_DEBUG`` set, a traceback where there is one.
+    """
     args = sys.argv[1:] if argv is None else argv
     if not args or args[0] in ("-h", "--help"):
         print(_help())
@@ -29,12 +33,15 @@ def main(argv: list[str] | None = None) -> int:
     if args[0] == "--version":
         print(f"glasshelm {__version__}")
         return 0
-    if args[0] not in COMMANDS:
-        known = ", ".join(COMMANDS)
-        print(f"glasshelm: unknown command {args[0]!r}: choose one of {known}", file=sys.stderr)
-        return 2
+    from glasshelm import terminal
     from glasshelm.errors import InputError
 
+    if argv is None:
+        terminal.as_program()
+    if args[0] not in COMMANDS:
+        known = ", ".join(COMMANDS)
+        terminal.complain(f"unknown command {args[0]!r}: choose one of {known}")
+        return 2
     try:
         module = importlib.import_module(f"glasshelm.cli.{args[0]}")
         import tyro
@@ -44,14 +51,26 @@ def main(argv: list[str] | None = None) -> int:
         finally:
             sys.stdout.flush()
     except InputError as error:
-        print(f"glasshelm: {error}", file=sys.stderr)
+        terminal.complain(str(error))
         return 2
     except KeyboardInterrupt:
-        print("glasshelm: interrupted", file=sys.stderr)
+        terminal.complain("interrupted")
         return 130
     except BrokenPipeError:  # the reader of our output has gone: `glasshelm run … | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
+    except Exception as error:
+        if terminal.debugging():
+            raise
+        if isinstance(error, OSError):
+            where = "" if error.filename is None else f"{error.filename}: "
+            terminal.complain(f"{where}{error.strerror or error}")
+            return 2
+        terminal.complain(
+            f"internal error: {type(error).__name__}: {str(error)[:500]}; "
+            "run with GLASSHELM_DEBUG=1 for the traceback, and report it"
+        )
+        return 70
     return 0
 
 

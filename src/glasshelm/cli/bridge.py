@@ -66,8 +66,6 @@ def run(
     from glasshelm.programs import keep_compiled
 
     keep_compiled()
-    from rich.console import Console
-
     from glasshelm.bridge.app import application
     from glasshelm.bridge.catalogue import Catalogue, is_feed
     from glasshelm.bridge.conductor import Conductor
@@ -80,8 +78,9 @@ def run(
     from glasshelm.feeds.source import is_signalk, signalk_server
     from glasshelm.feeds.write_back import WriteBack
     from glasshelm.folders import writable
+    from glasshelm.terminal import Terminal
 
-    console = Console(stderr=True)
+    console = Terminal()
     guard = Guard(host, token, viewer_token)
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
@@ -113,9 +112,8 @@ def run(
         if viewer_token is not None:
             said = {"bridge": url, "view only": address(bound, viewer_token), "logs": logs}
         for name, what in said.items():
-            line = f"{name + ':':{max(map(len, said)) + 1}} {what}"
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
-        console.print("Advisory research software, not for navigation. Ctrl-C stops.", markup=False)
+            console.say(f"{name + ':':{max(map(len, said)) + 1}} {what}")
+        console.say("Advisory research software, not for navigation. Ctrl-C stops.")
 
     serve(app, bound, url, open_, ready, room)
     _leave()

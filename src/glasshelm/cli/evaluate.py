@@ -24,7 +24,8 @@ def run(
     Ctrl-C stopped it, and a further pilot or suite sails only what is new.
 
     Args:
-        pilots: Bundled names, straight, planners, .safetensors files, package.module:function;
+        pilots: Bundled names, straight, planners, .safetensors files, package.module:function
+            (which runs that module's code; the current folder is searched too);
             NAME-guarded for a learned one under guard;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
         suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
@@ -44,41 +45,39 @@ def run(
     import shlex
     import sys
 
-    from rich.console import Console
-
     from glasshelm.evaluation.entrants import check_references, entrants
     from glasshelm.evaluation.exam import examine
     from glasshelm.evaluation.export import write_parquet
     from glasshelm.evaluation.progress import Display
     from glasshelm.evaluation.tables import report
     from glasshelm.evaluation.workers import workers_named
-    from glasshelm.folders import whole, writable
+    from glasshelm.folders import claimed, whole
+    from glasshelm.terminal import Terminal, tell
 
-    console = Console(stderr=True)
+    console = Terminal()
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = entrants(pilots, ships)
     check_references(against, chosen)
     hands = workers_named(workers, address)
-    writable(out)
-    with Display(console) as display:
-        try:
-            found = examine(chosen, suite, out, command, encounters, hands, display.show)
-        except KeyboardInterrupt:
-            console.print(
-                f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
-                "the same command goes on from there",
-                markup=False,
-            )
-            raise
-    text = report(found, against)
-    with whole(out / "report.md") as partial:
-        partial.write_text(text, encoding="utf-8")
-    if parquet:
-        write_parquet(found.sailed, out)
-    if figures:
-        from glasshelm.evaluation.plots import draw_all
+    with claimed(out):
+        with Display(console) as display:
+            try:
+                found = examine(chosen, suite, out, command, encounters, hands, display.show)
+            except KeyboardInterrupt:
+                console.say(
+                    f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
+                    "the same command goes on from there"
+                )
+                raise
+        text = report(found, against)
+        with whole(out / "report.md") as partial:
+            partial.write_text(text, encoding="utf-8")
+        if parquet:
+            write_parquet(found.sailed, out)
+        if figures:
+            from glasshelm.evaluation.plots import draw_all
 
-        for path in draw_all(found, out / "figures"):
-            console.print(f"figure: {path}", markup=False, highlight=False)
-    print(text)
-    console.print(f"report: {out / 'report.md'}", markup=False)
+            for path in draw_all(found, out / "figures"):
+                console.say(f"figure: {path}")
+    tell(text)
+    console.say(f"report: {out / 'report.md'}")

@@ -33,15 +33,14 @@ def run(
     import shlex
     import sys
 
-    from rich.console import Console
-
     from glasshelm.errors import InputError
     from glasshelm.evaluation.entrants import entrants
     from glasshelm.evaluation.exam import machine
     from glasshelm.faithfulness.candidates import candidates
     from glasshelm.faithfulness.scenes import COUNTS
     from glasshelm.faithfulness.session import examine_all
-    from glasshelm.folders import writable
+    from glasshelm.folders import claimed
+    from glasshelm.terminal import Terminal
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:
@@ -51,5 +50,6 @@ def run(
     chosen = candidates(entrants(pilots))
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     what = (encounters, scenes, tuple(sorted(set(ships))))
-    console = Console(stderr=True)
-    examine_all(chosen, what, writable(out), command, machine(), console)
+    console = Terminal()
+    with claimed(out):
+        examine_all(chosen, what, out, command, machine(), console)

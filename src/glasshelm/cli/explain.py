@@ -45,16 +45,16 @@ def run(
     from glasshelm.programs import keep_compiled
 
     keep_compiled()
-    from rich.console import Console
-    from rich.progress import Progress
-
     from glasshelm.certify.declared import declared
     from glasshelm.certify.logged import with_bands
     from glasshelm.errors import InputError
+    from glasshelm.folders import writable
     from glasshelm.logbook import read
+    from glasshelm.terminal import Terminal, progress, tell
     from glasshelm.whatif.source import pilot_of
 
-    console = Console(stderr=True)
+    console = Terminal()
+    writable(out)
     title, notes = None, ()
     if source.endswith(".jsonl"):
         if advise or any(x is not None for x in (pilot, ship, own, at, minutes, steps)):
@@ -74,7 +74,7 @@ def run(
         helm, params = manned(pilot, ship)
         scenario = scenario_from(source, params, own, at, cut(minutes))
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
-        console.print(title, markup=False)
+        console.say(title)
         count = steps_of(scenario, steps)
         voyage = sail(scenario, helm, count, advise)
         if errors is not None:
@@ -82,7 +82,7 @@ def run(
         frames = []
         with (
             Logbook(out / "frames.jsonl", fresh=True) as log,
-            Progress(console=console, transient=True) as bar,
+            progress(console) as bar,
         ):
             task = bar.add_task("sailing", total=count + 1)
             try:
@@ -91,14 +91,14 @@ def run(
                     frames.append(frame)
                     bar.advance(task)
             except KeyboardInterrupt:
-                console.print(f"interrupted: {log.frames} frames are in {log.path}", markup=False)
+                console.say(f"interrupted: {log.frames} frames are in {log.path}")
                 raise
 
     from glasshelm.report.facts import verdict
     from glasshelm.report.story import story
     from glasshelm.report.write import write_report
 
-    with Progress(console=console, transient=True) as bar:
+    with progress(console) as bar:
         task = bar.add_task("drawing", total=1.0)
         path = write_report(
             frames,
@@ -107,10 +107,10 @@ def run(
             notes,
             progress=lambda name, share: bar.update(task, description=name, completed=share),
         )
-    print(verdict(frames))
+    tell(verdict(frames))
     for sentence in story(frames):
-        print(sentence)
-    print(f"report: {path}")
+        tell(str(sentence))
+    tell(f"report: {path}")
     if open_:
         import webbrowser
 

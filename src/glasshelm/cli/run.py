@@ -43,7 +43,6 @@ def run(
     from glasshelm.programs import keep_compiled
 
     keep_compiled()
-    from rich.console import Console
     from rich.progress import track
 
     from glasshelm.certify.declared import declared
@@ -53,9 +52,10 @@ def run(
     from glasshelm.manning import manned
     from glasshelm.parquet import to_parquet
     from glasshelm.summary import Summary
+    from glasshelm.terminal import Terminal, tell
     from glasshelm.voyage import sail, steps_of
 
-    console = Console(stderr=True)
+    console = Terminal()
     helm, params = manned(pilot, ship)
     scenario = scenario_from(source, params, own, at, cut(minutes))
     count = steps_of(scenario, steps)
@@ -63,19 +63,19 @@ def run(
     if errors is not None:
         frames = with_bands(frames, helm, declared(errors))
     summary = Summary()
-    console.print(f"{scenario.title}, pilot {helm.name}", markup=False)
+    console.say(f"{scenario.title}, pilot {helm.name}")
     for note in scenario.notes:
-        console.print(f"  note: {note}", markup=False)
+        console.say(f"  note: {note}")
     with Logbook(out, fresh=True) as log:
         try:
             for frame in track(frames, "sailing", total=count + 1, console=console, transient=True):
                 log.write(frame)
                 summary.add(frame)
         except KeyboardInterrupt:
-            console.print(f"interrupted: {log.frames} frames are in {out}", markup=False)
+            console.say(f"interrupted: {log.frames} frames are in {out}")
             raise
-    console.print(f"{log.frames} frames in {out}", markup=False)
+    console.say(f"{log.frames} frames in {out}")
     if parquet is not None:
         rows = to_parquet(read(out), parquet)
-        console.print(f"{rows} rows in {parquet}", markup=False)
-    print(summary.text())
+        console.say(f"{rows} rows in {parquet}")
+    tell(summary.text())

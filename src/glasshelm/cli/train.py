@@ -47,7 +47,6 @@ def run(
 
     keep_compiled()
     import jax
-    from rich.console import Console
 
     from glasshelm.errors import InputError
     from glasshelm.learning.loop import BEST, FINAL, LoopSettings, train
@@ -55,6 +54,7 @@ def run(
     from glasshelm.learning.progress import Display
     from glasshelm.learning.snapshot import read_place
     from glasshelm.ships import ship_named
+    from glasshelm.terminal import Terminal
 
     asked = {"actor": actor, "critic": critic, "ship": ship, "seed": seed}
     asked = {name: value for name, value in asked.items() if value is not None}
@@ -65,17 +65,15 @@ def run(
     else:
         config = override(dataclasses.replace(preset_named(preset), **asked), overrides)
     ship_named(config.ship)
-    console = Console()
-    console.print(
+    console = Terminal(stderr=False)
+    console.say(
         f"{config.preset}: {config.actor} actor, critics by {config.critic}, ship {config.ship}, "
-        f"seed {config.seed}, on {jax.devices()[0].device_kind}; writing {out}",
-        highlight=False,
-        soft_wrap=True,
+        f"seed {config.seed}, on {jax.devices()[0].device_kind}; writing {out}"
     )
     with Display(console) as display:
         loop = LoopSettings(minutes, snapshot_s, tensorboard)
         whole = train(config, out, loop, resume, display)
     if not whole:
-        console.print(f"saved in {out}; go on with: glasshelm train --resume --out {out}")
+        console.say(f"saved in {out}; go on with: glasshelm train --resume --out {out}")
         raise KeyboardInterrupt
-    console.print(f"pilots: {out / BEST} and {out / FINAL}", highlight=False, soft_wrap=True)
+    console.say(f"pilots: {out / BEST} and {out / FINAL}")

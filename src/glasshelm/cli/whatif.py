@@ -41,11 +41,11 @@ def run(
     from glasshelm.programs import keep_compiled
 
     keep_compiled()
-    from rich.console import Console
-
     from glasshelm.errors import InputError
+    from glasshelm.folders import writable
     from glasshelm.logbook import read, write
     from glasshelm.pilots.catalogue import pilot_named
+    from glasshelm.terminal import Terminal
     from glasshelm.whatif.answer import what_if
     from glasshelm.whatif.changes import Blind, Deleted, KeptCourse, Rudder
     from glasshelm.whatif.source import frame_at, pilot_of
@@ -55,6 +55,8 @@ def run(
     if not frames:
         raise InputError(f"{log}: no frame in it; it was cut off, or is no log")
     number = frame_at(frames, at)
+    if out is not None:
+        writable(out)
     changes = [
         *map(Deleted, delete),
         *map(Blind, blind),
@@ -63,9 +65,9 @@ def run(
     ]
     helm = pilot_of(frames[number]) if pilot is None else pilot_named(pilot)
     answer = what_if(frames, number, helm, changes, minutes, explained=out is not None)
-    console = Console()
+    console = Terminal(stderr=False)
     console.print(table(answer))
-    console.print(answer.sentence, markup=False, highlight=False)
+    console.say(answer.sentence)
     if out is None:
         return
     from glasshelm.figures.style import as_svg, save
@@ -80,4 +82,4 @@ def run(
     with whole(out / "whatif.svg") as partial:
         partial.write_bytes(as_svg(figure))
     for name in ("fact.jsonl", "other.jsonl", "whatif.pdf", "whatif.png", "whatif.svg"):
-        console.print(f"{out / name}", markup=False, highlight=False, soft_wrap=True)
+        console.say(f"{out / name}")

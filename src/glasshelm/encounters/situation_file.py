@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm.ais.files import read_document
-from glasshelm.errors import InputError
+from glasshelm.errors import NOT_JSON, InputError
 
 SCHEMA_VERSION = "0.2.0"
 #: DNV's own reader refuses a file that does not name the version of its generator.
@@ -124,10 +124,8 @@ def read_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
         situation = msgspec.json.decode(data, type=Situation)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except NOT_JSON as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
-    except RecursionError:
-        raise InputError(f"{path}: not a DNV traffic situation: nested too deep") from None
     if situation.target_ships is None and situation.target_ship is None:
         raise InputError(
             f'{path}: no targetShips: a situation without any says so by "targetShips": []'

@@ -15,6 +15,7 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.geometry import Vector, velocity
 from glasshelm.ships import ShipParams, ShipState
+from glasshelm.text import name_of, printable
 
 
 class Track(eqx.Module):
@@ -59,12 +60,20 @@ class Encounter(eqx.Module):
 
 @dataclasses.dataclass(frozen=True)
 class TargetInfo:
-    """Who a target is: for people, never for the pilot."""
+    """Who a target is: for people, never for the pilot.
+
+    Whatever she calls herself, ``name`` can be shown (:mod:`glasshelm.text`).
+    """
 
     id: str
     name: str
     length_m: float | None = None
     kind: str | None = None
+
+    def __post_init__(self) -> None:
+        _set(self, id=printable(self.id), name=name_of(self.name))
+        if self.kind is not None:
+            _set(self, kind=name_of(self.kind))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,7 +84,8 @@ class Scenario:
     ``own_rudder`` says that a sensor tells her rudder, which her state then has;
     ``origin`` the latitude and longitude [deg] of (0, 0), ``start`` the time of
     t = 0 (UTC); ``duration_s`` how long the source says it lasts; ``notes``
-    what was repaired or dropped while reading.
+    what was repaired or dropped while reading. Every text can be shown, whatever the
+    source called things (:mod:`glasshelm.text`).
     """
 
     source: str
@@ -90,6 +100,20 @@ class Scenario:
     origin: tuple[float, float] | None = None
     start: datetime | None = None
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _set(
+            self,
+            source=printable(self.source),
+            title=name_of(self.title),
+            own_name=name_of(self.own_name),
+            notes=tuple(map(printable, self.notes)),
+        )
+
+
+def _set(info: TargetInfo | Scenario, **fields: object) -> None:
+    for name, value in fields.items():
+        object.__setattr__(info, name, value)
 
 
 def straight_track(

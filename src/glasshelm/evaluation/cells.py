@@ -3,11 +3,14 @@
 from collections.abc import Sequence
 
 from glasshelm.evaluation.statistics import Interval
+from glasshelm.text import markdown_text
 
 
 def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table."""
-    lines = [" | ".join(header), " | ".join(["---"] * len(header)), *map(" | ".join, rows)]
+    """A Markdown table; cells are text, whatever is in them."""
+    texts = [map(markdown_text, cells) for cells in (header, *rows)]
+    head, *body = map(" | ".join, texts)
+    lines = [head, " | ".join(["---"] * len(header)), *body]
     return "\n".join(f"| {line} |" for line in lines)
 
 

@@ -27,6 +27,7 @@ from glasshelm.figures.style import (
 )
 from glasshelm.figures.trajectories import draw_absolute
 from glasshelm.ships import NAUTICAL_MILE_M
+from glasshelm.text import file_name, name_of
 
 #: Voyages in the figure of the worst.
 WORST = 10
@@ -41,19 +42,15 @@ def draw_all(examined: Examined, out: Path) -> Iterator[Path]:
             if (seeds[0].columns["ships"] > 0).any():
                 figure = worst_voyages(_worst_seed(seeds))
                 who = f"{seeds[0].entrant.name}-{seeds[0].entrant.ship_name}"
-                yield save(figure, out / f"{suite.name}_worst_{_file_name(who)}")[1]
+                yield save(figure, out / f"{file_name(suite.name)}_worst_{file_name(who)}")[1]
         for ship_name in dict.fromkeys(s[0].entrant.ship_name for s in entrants):
             same = [s for s in entrants if s[0].entrant.ship_name == ship_name]
-            stem = f"{suite.name}_{{}}_{ship_name}"
+            stem = f"{file_name(suite.name)}_{{}}_{ship_name}"
             counts = np.unique(same[0][0].columns["ships"])
             if suite.size > 100 and len(counts) > 1:
                 yield save(rates_by_ships(same), out / stem.format("rates"))[1]
             if (counts > 0).any():
                 yield save(nearest_distances(same), out / stem.format("nearest"))[1]
-
-
-def _file_name(text: str) -> str:
-    return "".join(c if c.isalnum() or c in "-_" else "-" for c in text)
 
 
 def _worst_seed(seeds: Seeds) -> Sailed:
@@ -158,9 +155,9 @@ def worst_voyages(one: Sailed) -> Figure:
         _small(ax)
     for ax in axes[len(which) :]:
         ax.set_visible(False)
-    entrant = one.entrant
+    name, ship_name = name_of(one.entrant.name), one.entrant.ship_name
     figure.suptitle(
-        f"{entrant.name} on {entrant.ship_name}, {one.suite.name}: the {len(which)} worst of "
+        f"{name} on {ship_name}, {one.suite.name}: the {len(which)} worst of "
         f"{one.suite.size:,} encounters (own ship black, minutes beside her track)",
         fontsize=9, color=INK, x=0.005, ha="left",
     )  # fmt: skip
@@ -172,7 +169,7 @@ def _title(one: Sailed, number: int) -> str:
     margin = c["margin"][number]
     what = f"depth {margin:.2f}" if margin > 0 else f"clear by {-margin:.2f}"
     what = "collision" if c["collided"][number] else what
-    label = one.suite.labels[number].split("/")[-1]
+    label = name_of(one.suite.labels[number].split("/")[-1])
     return f"{label}: {what}"
 
 

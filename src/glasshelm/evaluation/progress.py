@@ -2,15 +2,15 @@
 
 import time
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
-    TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+
+from glasshelm.terminal import Terminal, Words
 
 #: Where there is no terminal, a line at most so often [s].
 _LINE_S = 30.0
@@ -19,12 +19,12 @@ _LINE_S = 30.0
 class Display:
     """Voyages sailed of all."""
 
-    def __init__(self, console: Console):
+    def __init__(self, console: Terminal):
         self.console = console
         self.done = self.total = 0
         self._said = time.monotonic()
         self._bar = Progress(
-            TextColumn("{task.description}"),
+            Words(),
             BarColumn(bar_width=24),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
@@ -49,4 +49,4 @@ class Display:
         now = time.monotonic()
         if not self.console.is_terminal and now - self._said > _LINE_S:
             self._said = now
-            self.console.print(f"{done} of {of} voyages: {what}", markup=False, highlight=False)
+            self.console.say(f"{done} of {of} voyages: {what}")

@@ -19,6 +19,7 @@ from glasshelm.evaluation.statistics import (
     risk_ratio,
 )
 from glasshelm.evaluation.types import Suite
+from glasshelm.text import markdown_code, markdown_text
 
 Seeds = Sequence[Sailed]
 
@@ -28,7 +29,7 @@ def report(examined: Examined, against: Sequence[str]) -> str:
     parts = ["# Examination", _methods(), overview(examined)]
     for suite in suites_of(examined):
         entrants = of_suite(examined, suite.name)
-        parts.append(f"## {suite.name}\n\n{suite.note}.")
+        parts.append(f"## {markdown_text(suite.name)}\n\n{markdown_text(suite.note)}.")
         parts.append(_table("Safety", _SAFETY, entrants, examined))
         if suite.size <= 100:
             parts.append(_cases_table(suite, entrants, examined))
@@ -59,7 +60,7 @@ def caption(what: str, entrants: Sequence[Seeds], examined: Examined) -> str:
     source = examined.provenance
     return (
         f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(entrants)}. "
-        f"{source.machine}; glasshelm {source.version}. `{source.command}`"
+        f"{source.machine}; glasshelm {source.version}. {markdown_code(source.command)}"
     )
 
 
@@ -72,13 +73,16 @@ def _weights(entrants: Sequence[Seeds]) -> str:
     for seeds in entrants:
         hashes = [f"`{one.weights}`" for one in seeds if one.weights]
         if hashes:
-            told.append(f"{seeds[0].entrant.name} {', '.join(hashes)}")
+            told.append(f"{markdown_text(seeds[0].entrant.name)} {', '.join(hashes)}")
     return "; ".join(told) or "none has any"
 
 
-def label(seeds: Seeds) -> str:
+PILOT = "pilot", "ship"
+
+
+def label(seeds: Seeds) -> tuple[str, str]:
     entrant = seeds[0].entrant
-    return f"{entrant.name} | {entrant.ship_name}"
+    return entrant.name, entrant.ship_name
 
 
 def _rate(column: str):
@@ -147,24 +151,18 @@ _WAY = {
 
 
 def _table(what: str, columns: dict, entrants: Sequence[Seeds], examined: Examined) -> str:
-    header = ["pilot | ship", *columns]
-    rows = [[label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in entrants]
-    return f"{caption(what, entrants, examined)}\n\n{_fix(markdown(header, rows))}"
-
-
-def _fix(table: str) -> str:
-    """``pilot | ship`` is two columns: the rule below the header needs one more part."""
-    head, rule, *rest = table.split("\n")
-    return "\n".join([head, rule + " --- |", *rest])
+    header = [*PILOT, *columns]
+    rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in entrants]
+    return f"{caption(what, entrants, examined)}\n\n{markdown(header, rows)}"
 
 
 def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined) -> str:
     parts = []
     for what, column in (("Collisions", "collided"), ("Intrusions", "intruded")):
-        header = ["pilot | ship", *(f"{n} ship{'' if n == 1 else 's'}" for n in counts)]
+        header = [*PILOT, *(f"{n} ship{'' if n == 1 else 's'}" for n in counts)]
         rows = [
             [
-                label(seeds),
+                *label(seeds),
                 *(
                     percent(rate(stacked(seeds, column)[:, seeds[0].columns["ships"] == n]))
                     for n in counts
@@ -173,7 +171,7 @@ def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined)
             for seeds in entrants
         ]
         told = caption(f"{what} by number of ships", entrants, examined)
-        parts.append(f"{told}\n\n{_fix(markdown(header, rows))}")
+        parts.append(f"{told}\n\n{markdown(header, rows)}")
     return "\n\n".join(parts)
 
 
@@ -193,12 +191,12 @@ def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: Examined) ->
         return "; ".join(told)
 
     rows = [
-        [label(seeds), named(seeds, "collided", False), named(seeds, "intruded", True)]
+        [*label(seeds), named(seeds, "collided", False), named(seeds, "intruded", True)]
         for seeds in entrants
     ]
     told = caption("Cases (depth of Eq. 13); seeds apart by semicolons", entrants, examined)
-    table = markdown(["pilot | ship", "collided", "intruded"], rows)
-    return f"{told}\n\n{_fix(table)}"
+    table = markdown([*PILOT, "collided", "intruded"], rows)
+    return f"{told}\n\n{table}"
 
 
 def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Examined) -> str:
@@ -211,15 +209,15 @@ def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Examine
             reference = theirs.get(seeds[0].entrant.ship_name)
             if reference is None or reference is seeds:
                 continue
-            cells = [label(seeds)]
+            cells = [*label(seeds)]
             for column in ("collided", "intruded", "within_half_nm"):
                 found = risk_ratio(stacked(seeds, column), stacked(reference, column))
                 cells.append(_ratio(found))
             rows.append(cells)
         if rows:
-            header = ["pilot | ship", "collisions", "domain intrusions", "within 0.5 NM"]
-            told = caption(f"Risk ratio against {name}, paired", entrants, examined)
-            parts.append(f"{told}\n\n{_fix(markdown(header, rows))}")
+            header = [*PILOT, "collisions", "domain intrusions", "within 0.5 NM"]
+            told = caption(f"Risk ratio against {markdown_text(name)}, paired", entrants, examined)
+            parts.append(f"{told}\n\n{markdown(header, rows)}")
     return "\n\n".join(parts)
 
 
@@ -235,7 +233,7 @@ def _rules(entrants: Sequence[Seeds], examined: Examined) -> str:
     for kind, judgements in GRADES.items():
         rows = []
         for seeds in entrants:
-            cells = [label(seeds)]
+            cells = [*label(seeds)]
             for alone in (False, True):
                 # The first seed's only: meetings differ from seed to seed.
                 facts = of_kind(seeds[0].meetings, kind, alone)
@@ -245,11 +243,11 @@ def _rules(entrants: Sequence[Seeds], examined: Examined) -> str:
                     cells.append(percent(clopper_pearson(int(judge(facts).sum()), count)))
                 cells += ["–"] * (0 if count else len(judgements))
             rows.append(cells)
-        if all(row[1] == "0" for row in rows):
+        if all(row[2] == "0" for row in rows):
             continue
         told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", entrants, examined)
         both = ["meetings", *judgements, "alone: meetings", *judgements]
-        parts.append(f"{told} {_UNTAUGHT}\n\n{_fix(markdown(['pilot | ship', *both], rows))}")
+        parts.append(f"{told} {_UNTAUGHT}\n\n{markdown(['pilot | ship', *both], rows)}")
     return "\n\n".join(parts)
 
 
@@ -265,6 +263,7 @@ def _timings(examined: Examined) -> str:
     source = examined.provenance
     return (
         "## Time to decide\n\n**From an observation of six ships to a rudder, without "
-        f"explanation.** {source.machine}; glasshelm {source.version}. `{source.command}`\n\n"
+        f"explanation.** {source.machine}; glasshelm {source.version}. "
+        f"{markdown_code(source.command)}\n\n"
         + markdown(["pilot", "ship", "p50 [ms]", "p99 [ms]"], rows)
     )

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from glasshelm.faithfulness.exam import Examined
 from glasshelm.faithfulness.tables import DECIDING, HEADERS, NULL, score_of
 from glasshelm.figures.style import INK, SOFT, new_figure, styled
+from glasshelm.text import name_of
 
 _COLOURS = {"paper": "#0072B2", "ours": "#009E73", "null": SOFT}
 _SAID = {
@@ -47,6 +48,6 @@ def scores_figure(seeds: Sequence[Examined], name: str) -> Figure:
         axes[-1].plot([], [], "o-", color=colour, ms=3.5, label=_SAID[kind])
     axes[-1].plot([], [], color=SOFT, lw=0.7, ls="--", label="DCPA and TCPA")
     figure.legend(loc="outside lower center", ncols=4)
-    title = f"Which explanations of {name} are true (0: chance, 1: best)"
+    title = f"Which explanations of {name_of(name)} are true (0: chance, 1: best)"
     figure.suptitle(title, color=INK, fontsize=9, x=0.01, ha="left")
     return figure

@@ -4,9 +4,6 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import Progress
-
 from glasshelm.evaluation.jobs import Kept
 from glasshelm.faithfulness.exam import Examined, examine
 from glasshelm.faithfulness.kept import kept_or, key_of
@@ -16,6 +13,8 @@ from glasshelm.figures.style import save
 from glasshelm.folders import whole
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.programs import let_go_if_many
+from glasshelm.terminal import Terminal, progress
+from glasshelm.text import file_name
 
 #: Encounters, scenes at most of each number of ships, numbers of ships.
 What = tuple[int, int, tuple[int, ...]]
@@ -27,7 +26,7 @@ def examine_all(
     out: Path,
     command: str,
     machine: str,
-    console: Console,
+    console: Terminal,
 ) -> None:
     """Examine the seeds of every named pilot; exam.md and a figure are written after each pilot.
 
@@ -45,25 +44,24 @@ def examine_all(
                 let_go_if_many()
                 kept = ", examined before" if before else ""
                 said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
-                console.print(said, markup=False)
+                console.say(said)
             text.append(report(name, examined, command, machine))
             with whole(out / "exam.md") as partial:
                 partial.write_text("\n".join(text), encoding="utf-8")
-            save(scores_figure(examined, name), out / f"exam-{name}")
+            save(scores_figure(examined, name), out / f"exam-{file_name(name)}")
     except KeyboardInterrupt:
-        console.print(
+        console.say(
             f"interrupted: {done} of {total} pilots and seeds are kept in {out}; "
-            "the same command goes on from there",
-            markup=False,
+            "the same command goes on from there"
         )
         raise
-    console.print(f"{out / 'exam.md'}", markup=False)
+    console.say(f"{out / 'exam.md'}")
 
 
 def _examined(
-    name: str, pilot: LearnedPilot, what: What, out: Path, console: Console
+    name: str, pilot: LearnedPilot, what: What, out: Path, console: Terminal
 ) -> tuple[Examined, bool]:
-    with Progress(console=console, transient=True) as bar:
+    with progress(console) as bar:
         task = bar.add_task(name, total=None)
 
         def say(doing: str, done: int, of: int) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from glasshelm.faithfulness.exam import MEASURES, Examined, after_layers
 from glasshelm.faithfulness.intervals import chance_of_no_difference, holm, mean_with_interval
+from glasshelm.text import markdown_code, markdown_text
 
 HEADERS = {
     "kendall": "τ_b with φ",
@@ -38,10 +39,10 @@ def report(name: str, seeds: Seeds, command: str, machine: str) -> str:
     own = np.mean([np.median(s.own_sensitivity) for s in seeds])
     plural = "s" if len(seeds) > 1 else ""
     lines = [
-        f"## {name}",
+        f"## {markdown_text(name)}",
         "",
         f"{scenes:,} scenes of {voyages:,} voyages, {len(seeds)} seed{plural}. Weights (SHA-256): "
-        f"{hashes}. {machine}. `{command}`",
+        f"{hashes}. {machine}. {markdown_code(command)}",
         "",
         "| explanation | " + " | ".join(HEADERS[m] for m in MEASURES) + " |",
         "|---|" + "---|" * len(MEASURES),

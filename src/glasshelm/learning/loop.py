@@ -1,6 +1,7 @@
 """The training loop: stages, evaluations, records, checkpoints, and stopping cleanly."""
 
 import dataclasses
+import os
 import signal
 import threading
 import time
@@ -12,6 +13,7 @@ from typing import Any
 import jax
 
 from glasshelm.errors import InputError
+from glasshelm.folders import claimed
 from glasshelm.learning.evaluate import Score, agreement, evaluation_set, sail_set, score
 from glasshelm.learning.first import first_actor
 from glasshelm.learning.presets import TrainConfig
@@ -127,25 +129,31 @@ class Training:
     def _evaluate(
         self, stage: Stage, told: dict[str, float], units: int, seconds: float, records: Records
     ) -> None:
-        """Measure the pilot, keep it if it is the best, write it all down."""
+        """Measure the pilot, keep it if it is the best, write it all down.
+
+        A file has only what depends on the pilot, so that two trainings alike leave two files
+        alike, interrupted or not; the log also has the clock, and the losses since the last line.
+        """
         actor, critic = stage.actor(self.state), stage.critic(self.state)
-        line: dict[str, Any] = {
+        where: dict[str, Any] = {
             "stage": stage.name,
             "number": self._step(),
             "env_steps": self.place.number * stage.env_steps_per_unit,
+        }
+        pace = {
             "seconds": round(self._seconds(), 1),
             "updates_per_s": units * stage.updates_per_unit / max(seconds, 1e-9),
-            **told,
         }
         if stage.name != "critic" or self.score is None:
             self.score = self._sail(actor)
-        line |= dataclasses.asdict(self.score) | {"fault": self.score.fault}
+        found = dataclasses.asdict(self.score) | {"fault": self.score.fault}
         if critic is not None:
-            line |= self._agree(actor, critic)
+            found |= self._agree(actor, critic)
         if self.place.best is None or self.score.fault <= self.place.best:
             self.place = dataclasses.replace(self.place, best=self.score.fault)
             self.kept = jax.tree.map(jax.numpy.copy, actor)
-            self._save(BEST, actor, critic, line)
+            self._save(BEST, actor, critic, where | found)
+        line = where | pace | told | found
         records.add(line)
         self.display.show(line)
 
@@ -178,7 +186,6 @@ class Training:
             "evaluation": line,
             "evaluation_worlds": self.config.evaluation_worlds,
             "units": self.place.number,
-            "seconds": round(self._seconds(), 1),
             "device": jax.devices()[0].device_kind,
         }
         save_pilot(self.folder / name, actor, critic, self.config, summary)
@@ -201,13 +208,21 @@ def train(
     """Train in a folder; false if interrupted (then the folder can be resumed).
 
     InputError if the folder holds a training and ``resume`` is false, or holds
-    none and it is true, or was begun with another configuration.
+    none and it is true, or was begun with another configuration, or another
+    process is at work in it.
     """
+    with claimed(folder):
+        return _train(config, folder, loop, resume, display)
+
+
+def _train(
+    config: TrainConfig, folder: Path, loop: LoopSettings, resume: bool, display: Display
+) -> bool:
     if resume:
         _, stored = read_place(folder)
         if stored != config:
             raise InputError(f"{folder}: begun with another configuration; resume with its own")
-    elif (folder / STATE).exists():
+    elif os.path.lexists(folder / STATE):
         raise InputError(f"{folder} holds a training: --resume it, or choose another --out")
     training = Training(config, folder, loop, display)
     if resume:

@@ -211,5 +211,5 @@ def override(config: TrainConfig, settings: tuple[str, ...]) -> TrainConfig:
 def _value(text: str) -> Any:
     try:
         return json.loads(text)
-    except json.JSONDecodeError:
+    except (ValueError, RecursionError):
         return text

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -12,14 +11,16 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from glasshelm.terminal import Terminal, Words
+
 
 class Display:
     """Progress of the stages, and one line an evaluation."""
 
-    def __init__(self, console: Console):
+    def __init__(self, console: Terminal):
         self.console = console
         self._bar = Progress(
-            TextColumn("[bold]{task.description}"),
+            Words(),
             BarColumn(bar_width=24),
             MofNCompleteColumn(),
             TextColumn("{task.fields[figures]}"),
@@ -64,4 +65,4 @@ class Display:
                 f"Q agrees: waypoint {line['waypoint_correlation']:.2f}, "
                 f"collision {line['collision_correlation']:.2f}"
             )
-        self.console.print("  ".join(parts), highlight=False, soft_wrap=True)
+        self.console.say("  ".join(parts))

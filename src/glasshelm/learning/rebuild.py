@@ -6,9 +6,7 @@ from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import msgspec
-import numpy as np
 
 from glasshelm.errors import InputError
 from glasshelm.learning.checkpoint import CheckpointError, load_tree, read_header
@@ -17,6 +15,9 @@ from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.ships import ShipParams, check_ship, ship_named
 from glasshelm.world.outside import Trained
+
+#: No network of ours has more layers, or wider ones.
+MOST_LAYERS, WIDEST = 64, 65_536
 
 Sizes = TypeVar("Sizes", ActorSizes, CriticSizes)
 
@@ -29,7 +30,9 @@ class Networks(eqx.Module):
 
 
 def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
-    """Blank networks of the sizes in a header, and what they were trained on.
+    """The shapes of the networks of a header, and what they were trained on.
+
+    In place of arrays the networks have :class:`jax.ShapeDtypeStruct`: nothing is allocated.
 
     ``header["actor"]`` has ``kind`` and the fields of :class:`ActorSizes`,
     ``header["critic"]`` those of :class:`CriticSizes` or is ``null``,
@@ -39,6 +42,8 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
     """
     actor = dict(_part(header, "actor"))
     kind = actor.pop("kind", None)
+    if not isinstance(kind, str):
+        raise _unfit("actor", f"kind {str(kind)[:100]!r}")
     actor_sizes = _sizes(ActorSizes, "actor", actor)
     critic_sizes = None
     if header.get("critic") is not None:
@@ -49,11 +54,8 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
         critic = None if critic_sizes is None else SubTaskCritic(critic_sizes, key)
         return Networks(make_actor(kind, actor_sizes, key), critic)
 
-    def blank(leaf: jax.ShapeDtypeStruct) -> jax.Array:
-        return jnp.asarray(np.zeros(leaf.shape, leaf.dtype))
-
     # Only the shapes are needed: nothing is drawn, nothing compiled.
-    return jax.tree.map(blank, eqx.filter_eval_shape(build)), _trained(header)
+    return eqx.filter_eval_shape(build), _trained(header)
 
 
 def read_networks(path: Path) -> tuple[Networks, Trained]:
@@ -97,9 +99,14 @@ def _sizes(kind: type[Sizes], name: str, part: dict[str, Any]) -> Sizes:
         sizes = msgspec.convert(part, kind)
     except msgspec.ValidationError as error:
         raise _unfit(name, str(error)) from None
-    widths = [w for value in dataclasses.astuple(sizes) if isinstance(value, tuple) for w in value]
-    if min(widths, default=1) < 1:
-        raise _unfit(name, f"a layer of width {min(widths)}")
+    for field in dataclasses.fields(kind):
+        widths = getattr(sizes, field.name)
+        if not isinstance(widths, tuple):
+            continue
+        if not 1 <= len(widths) <= MOST_LAYERS:
+            raise _unfit(name, f"{field.name} of {len(widths)} layers")
+        if not all(1 <= width <= WIDEST for width in widths):
+            raise _unfit(name, f"a layer of width {min(widths)} to {max(widths)}")
     return sizes
 
 

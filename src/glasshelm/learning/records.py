@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +57,12 @@ def read_records(folder: Path) -> list[dict[str, Any]]:
     """The lines of a training's log; a line cut off by a crash is left out."""
     path = folder / LOG
     lines = []
-    for text in path.read_text().splitlines() if path.exists() else []:
+    if not os.path.isfile(path):
+        return lines
+    for text in path.read_text(encoding="utf-8", errors="replace").splitlines():
         try:
             lines.append(json.loads(text))
-        except json.JSONDecodeError:
+        except (ValueError, RecursionError):
             break
     return lines
 

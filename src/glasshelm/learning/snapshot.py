@@ -7,12 +7,14 @@ pair.
 """
 
 import dataclasses
+import os
 from pathlib import Path
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import msgspec
 
 from glasshelm import __version__
 from glasshelm.errors import InputError
@@ -36,6 +38,13 @@ class Place:
     seconds: float = 0.0
 
 
+class _Header(msgspec.Struct):
+    version: str
+    config: dict[str, Any]
+    place: Place
+    replay: str | None
+
+
 def save_snapshot(folder: Path, state: Any, kept: Actor, place: Place, config: TrainConfig) -> None:
     """Write the pair of files. ``kept`` is the best actor so far."""
     replay_file = None
@@ -43,13 +52,8 @@ def save_snapshot(folder: Path, state: Any, kept: Actor, place: Place, config: T
         replay_file = f"replay-{place.stage}-{place.number}.safetensors"
         save_tree(folder / replay_file, state.replay, {})
         state = _without_replay(state)
-    header = {
-        "version": __version__,
-        "config": config_to_dict(config),
-        "place": dataclasses.asdict(place),
-        "replay": replay_file,
-    }
-    save_tree(folder / STATE, {"state": state, "kept": kept}, header)
+    header = _Header(__version__, config_to_dict(config), place, replay_file)
+    save_tree(folder / STATE, {"state": state, "kept": kept}, msgspec.to_builtins(header))
     # And what one who was killed left half-written.
     for old in (*folder.glob("replay-*.safetensors"), *folder.glob(".*-replay-*.safetensors")):
         if old.name != replay_file:
@@ -58,18 +62,25 @@ def save_snapshot(folder: Path, state: Any, kept: Actor, place: Place, config: T
 
 def read_place(folder: Path) -> tuple[Place, TrainConfig]:
     """Where a snapshot stands and its configuration; InputError if there is none."""
-    if not (folder / STATE).exists():
+    if not os.path.isfile(folder / STATE):
         raise InputError(f"{folder}: no {STATE} to resume; leave --resume out to begin")
-    header = read_header(folder / STATE)
-    return Place(**header["place"]), config_from_dict(header["config"])
+    header = _state_header(folder)
+    return header.place, config_from_dict(header.config)
+
+
+def _state_header(folder: Path) -> _Header:
+    try:
+        return msgspec.convert(read_header(folder / STATE), _Header)
+    except msgspec.ValidationError as error:
+        raise InputError(f"{folder / STATE}: not the state of a training ({error})") from None
 
 
 def load_snapshot(folder: Path, state: Any, kept: Actor) -> tuple[Any, Actor]:
     """The saved state and best actor; the arguments give their structure."""
-    header = read_header(folder / STATE)
+    header = _state_header(folder)
     replay = None
     if isinstance(state, DdpgState):
-        replay = load_tree(folder / header["replay"], state.replay)
+        replay = load_tree(folder / Path(header.replay or "").name, state.replay)
         state = _without_replay(state)
     stored = load_tree(folder / STATE, {"state": state, "kept": kept})
     loaded = stored["state"]

@@ -58,8 +58,10 @@ class FunctionPilot(eqx.Module):
 def function_pilot(name: str) -> Pilot:
     """The pilot called ``package.module:function``; an object that is a pilot is taken as it is.
 
-    The current folder is searched as well. InputError, in one line, if there
-    is no such thing, or if it gives no rudder for an observation.
+    The module is imported, and so its code is run; the current folder is searched as well.
+    Only who starts a command may name one: never a log, a file or a viewer of the page.
+    InputError, in one line, if there is no such thing, or if it gives no rudder for an
+    observation.
     """
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
@@ -73,6 +75,8 @@ def function_pilot(name: str) -> Pilot:
         raise InputError(f"pilot {name!r}: cannot import {module_name} ({error})") from None
     except AttributeError:
         raise InputError(f"pilot {name!r}: {module_name} has no {attribute}") from None
+    except Exception as error:  # it is somebody's code, and may fail as it likes
+        raise InputError(f"pilot {name!r}: importing {module_name} fails ({error!r})") from None
     if isinstance(found, Pilot):
         return found
     if not callable(found):

@@ -50,7 +50,7 @@ class LearnedPilot(eqx.Module):
 
         Any number of ships: programs are compiled for 0, 1, 2, 4, 8, … slots.
         InputError names the waypoint or the ship of whom something is seen that
-        is not a finite number.
+        is no possible number.
         """
         check_numbers(seen)
         slots = seen.present.shape[-1]

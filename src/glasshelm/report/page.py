@@ -31,11 +31,13 @@ def page(
 ) -> str:
     """The report as HTML. ``drawn``: plates with their SVG and width in inches.
 
-    The first plate is the picture at the top. ``missing`` tells in words which
+    The first plate is the picture at the top, if there is any. ``missing`` tells in words which
     figures were not drawn, ``notes`` what was repaired while reading the source.
     """
-    (first, svg, width), *others = drawn
-    alt = f"{first.caption} {verdict(voyage)}"
+    picture = "".join(
+        _figure(plate, svg, width, f"{plate.caption} {verdict(voyage)}")
+        for plate, svg, width in drawn[:1]
+    )
     mode = "" if voyage.applied else _ADVISED
     parts = [
         f"<header><h1>{_text(title)}</h1>",
@@ -43,12 +45,12 @@ def page(
         f'<p class="caution">Not for navigation. A simulation or replay for study.</p>{mode}'
         "</header>",
         "<main>",
-        f'<div class="first">{_figure(first, svg, width, alt)}{_facts(voyage)}</div>',
+        f'<div class="first">{picture}{_facts(voyage)}</div>',
         f"<h2>What happened</h2>{_story(sentences)}",
         _ships(voyage),
         "<h2>Figures</h2>",
         '<div class="plates">',
-        *(_figure(plate, svg, width, _alt(plate, voyage)) for plate, svg, width in others),
+        *(_figure(plate, svg, width, _alt(plate, voyage)) for plate, svg, width in drawn[1:]),
         "</div>",
         _list("Not drawn", missing),
         _list("Notes on the source", notes),

@@ -10,6 +10,7 @@ from glasshelm.figures.style import as_svg, save
 from glasshelm.folders import whole
 from glasshelm.report.page import page
 from glasshelm.report.story import story
+from glasshelm.text import printable
 
 
 def write_report(
@@ -21,9 +22,9 @@ def write_report(
 ) -> Path:
     """Write ``figures/*.pdf``, ``figures/*.png`` and ``report.html`` into a folder.
 
-    Returns the report's path. ``progress`` is told the figure being drawn and
-    the share done. InputError if the folder cannot be written or there are no
-    frames.
+    Returns the report's path. A figure that fails is told of under "Not drawn". ``progress``
+    is told the figure being drawn and the share done. InputError if the folder cannot be
+    written or there are no frames.
     """
     voyage = series(frames)
     drawn, missing = [], []
@@ -31,12 +32,18 @@ def write_report(
         (folder / "figures").mkdir(parents=True, exist_ok=True)
         for number, plate in enumerate(PLATES):
             progress(plate.title, number / len(PLATES))
-            figure = plate.draw(voyage)
-            if figure is None:
-                missing.append(reason(plate, voyage))
-                continue
-            save(figure, folder / "figures" / plate.stem)
-            drawn.append((plate, as_svg(figure), float(figure.get_figwidth())))
+            try:
+                figure = plate.draw(voyage)
+                if figure is None:
+                    missing.append(reason(plate, voyage))
+                    continue
+                save(figure, folder / "figures" / plate.stem)
+                drawn.append((plate, as_svg(figure), float(figure.get_figwidth())))
+            except OSError:
+                raise
+            except Exception as error:  # the other figures and the story are worth having
+                why = f"{type(error).__name__}: {error}"
+                missing.append(printable(f"{plate.title}: not drawn, it failed ({why})."))
         first = voyage.frames[0]
         told = page(
             voyage,

@@ -92,12 +92,12 @@ class EncounterEnv(gymnasium.Env[Any, np.ndarray]):
         info = {"margin": np.asarray(margin), "range_m": np.asarray(range_m)}
         return self._seen(state.observation), info
 
-    def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Hold a rudder for five seconds."""
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Hold a rudder for five seconds. InputError if ``action`` is none of the action space."""
         if self._world is None:
             raise InputError("step before reset: call reset first")
         encounter, state = self._world
-        rudder = np.asarray(action, np.float32).reshape(())
+        rudder = _rudder(action)
         out, by_task, total = _step(encounter, state, rudder, self._ship, self._settings)
         self._world = encounter, out.state
         by_task = np.asarray(by_task)
@@ -147,6 +147,21 @@ def _step(
 ) -> tuple[Outcome, Float[Array, "2"], Float[Array, ""]]:
     out = step(encounter, state, action * ship.rudder_limit_rad, ship, settings)
     return out, out.reward.by_task, out.reward.total
+
+
+def _rudder(action: Any) -> np.ndarray:
+    """The action as a scalar."""
+    try:
+        given = np.asarray(action, np.float64)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    if given.shape not in ((), (1,)) or not abs(given.item()) <= 1.0:
+        told = repr(action)
+        told = told if len(told) <= 100 else f"{told[:100]}…"
+        raise InputError(
+            f"action {told}: must be one number from -1 to 1, in an array of shape (1,)"
+        )
+    return given.reshape(()).astype(np.float32)
 
 
 def _spaces(

@@ -22,6 +22,9 @@ from glasshelm.world.step import WorldSettings
 
 #: Within this share of a trained value or range, nothing is said.
 SLACK = 0.02
+#: No feature of Eq. 10-11 is larger (of a length: 20 million km): what networks make of larger
+#: ones is no number.
+LARGEST = 1e6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -109,7 +112,9 @@ def _of_targets(
 
 
 def not_numbers(seen: Observation, names: Sequence[str] = ()) -> list[str]:
-    """What in an observation is not a finite number: the waypoint or ship, and which features.
+    """What in an observation is no possible number: the waypoint or ship, and which features.
+
+    Not finite, or larger than :data:`LARGEST`.
 
     ``names`` are the ships' names by slot. Empty slots are not looked at.
     """
@@ -122,16 +127,22 @@ def not_numbers(seen: Observation, names: Sequence[str] = ()) -> list[str]:
 
 
 def check_numbers(seen: Observation, names: Sequence[str] = ()) -> None:
-    """InputError naming the first thing in an observation that is not a finite number."""
+    """InputError naming the first thing in an observation that is no possible number."""
     said = not_numbers(seen, names)
     if said:
         raise InputError(f"cannot decide: {said[0]}; check the positions, courses and speeds given")
 
 
 def _bad(name: str, frames: np.ndarray, features: tuple[str, ...]) -> list[str]:
-    wrong = np.any(~np.isfinite(frames), axis=0)
-    listed = ", ".join(f for f, bad in zip(features, wrong.tolist(), strict=True) if bad)
-    return [f"{name} is seen with no finite {listed}"] if listed else []
+    for wrong, what in (
+        (~np.isfinite(frames), "no finite"),
+        (np.abs(frames) > LARGEST, "an impossible"),
+    ):
+        columns = np.any(wrong, axis=0).tolist()
+        listed = ", ".join(f for f, bad in zip(features, columns, strict=True) if bad)
+        if listed:
+            return [f"{name} is seen with {what} {listed}"]
+    return []
 
 
 def _range(east_m: ArrayLike, north_m: ArrayLike, own: ShipState) -> np.ndarray:

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import pytest
 from tests.bridge.process import PATIENCE_S, free_port, viewing
+from tests.missing import missing, needed
 
 import glasshelm
 
@@ -188,17 +189,17 @@ def chromium_found() -> str | None:
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """Debian's Chromium; these tests are skipped where there is none.
+    """Debian's Chromium; these tests are skipped where there is none (tests/missing.py).
 
     Not for the whole session: while it is driven an event loop runs in this
     thread, and no test of another module could begin one of its own.
     """
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    playwright = needed("playwright.sync_api")
     found = chromium_found()
     if found is None:
-        pytest.skip("no Chromium on this machine: scripts/install-chromium installs it")
+        missing("no Chromium on this machine: scripts/install-chromium installs it")
     if not BUILT.is_file():
-        pytest.skip("the page is not built: make page")
+        missing("the page is not built: make page")
     with playwright.sync_playwright() as started:
         browser = started.chromium.launch(executable_path=found, args=FLAGS, timeout=1000 * PAGE_S)
         yield browser

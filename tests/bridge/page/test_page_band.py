@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.axe import faults, needs_axe
+from tests.bridge.page.axe import faults
 from tests.bridge.page.conftest import (
     PATIENCE_S,
     Server,
@@ -105,7 +105,6 @@ def test_an_attention_pilot_has_none_and_the_third_level_says_so(
     until(lambda: "certified" not in words(page, "gh-advice"))
 
 
-@needs_axe
 @pytest.mark.parametrize("palette", ["day", "dusk", "night"])
 def test_axe_finds_no_serious_fault_beside_a_band(
     server: Server, look: Visit, palette: str

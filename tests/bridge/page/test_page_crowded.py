@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
-from tests.bridge.page.axe import faults, needs_axe
+from tests.bridge.page.axe import faults
 from tests.bridge.page.conftest import (
     PAGE_S,
     Server,
@@ -140,7 +140,6 @@ def test_with_200_ships_the_page_goes_on_answering(many: Server, look: Visit) ->
     many.ask({"type": "pause"})
 
 
-@needs_axe
 def test_axe_finds_no_serious_fault_among_200(many: Server, look: Visit) -> None:
     many.ask({"type": "pause"})
     assert faults(look(many, level=3)) == []

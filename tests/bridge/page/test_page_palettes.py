@@ -7,7 +7,7 @@ from typing import Any
 import matplotlib.image
 import numpy as np
 import pytest
-from tests.bridge.page.axe import faults, needs_axe
+from tests.bridge.page.axe import faults
 from tests.bridge.page.conftest import Server
 
 Visit = Callable[..., Any]
@@ -36,7 +36,6 @@ def test_night_is_dark_and_day_is_light(server: Server, look: Visit) -> None:
     assert (night > 0.1).mean() > 0.002, "but it can be read"
 
 
-@needs_axe
 @pytest.mark.parametrize("palette", ["day", "dusk", "night"])
 @pytest.mark.parametrize("level", [1, 3])
 def test_axe_finds_no_serious_fault(server: Server, look: Visit, palette: str, level: int) -> None:
@@ -47,7 +46,6 @@ def test_axe_finds_no_serious_fault(server: Server, look: Visit, palette: str, l
     assert faults(page) == []
 
 
-@needs_axe
 def test_axe_would_find_one(server: Server, look: Visit) -> None:
     page = look(server)
     page.evaluate("""() => {

@@ -1,5 +1,6 @@
 """DNV traffic situations: every file of a folder."""
 
+import os
 import re
 from pathlib import Path
 
@@ -20,7 +21,7 @@ def situation_suite(folder: Path, ship: ShipParams) -> Suite:
     Own ship keeps K, T and rudder of ``ship``. InputError if there is none, or
     names the first that cannot be read, and which others.
     """
-    files = sorted(filter(_is_json, folder.iterdir())) if folder.is_dir() else [folder]
+    files = sorted(filter(_is_json, folder.iterdir())) if os.path.isdir(folder) else [folder]
     if not files:
         raise InputError(f"{folder}: no situation in it (files ending in .json)")
     scenarios, wrong = [], {}
