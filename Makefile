@@ -11,7 +11,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PAGE := src/glasshelm/bridge/static/index.html
 PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
 
-.PHONY: help install test page page-test demo stories bench safety lint format wheel clean
+.PHONY: help install test page page-test demo stories bench safety fuzz lint format wheel clean
 
 help:
 	@echo "make test    all tests"
@@ -20,6 +20,7 @@ help:
 	@echo "make stories two explained encounters, each a report to read in the browser"
 	@echo "make bench   measured speeds of this machine"
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
+	@echo "make fuzz    a million mangled lines and messages to live sessions, 100,000 to the bridge (nightly)"
 	@echo "make lint    ruff and pyright"
 	@echo "make wheel   build the wheel and test it outside the tree"
 
@@ -74,6 +75,10 @@ bench: install
 
 safety: install
 	$(BIN)/python benchmarks/safety.py
+
+fuzz: install
+	$(BIN)/python -m benchmarks.session_fuzz --count 1000000
+	$(BIN)/python benchmarks/bridge_fuzz.py --count 100000
 
 wheel: install page
 	rm -rf dist

@@ -1,6 +1,6 @@
 """A whole live session under mangled traffic: bytes in at a socket, frames and alarms out.
 
-    python benchmarks/session_fuzz.py [--count 1000000] [--seed 0]
+    python -m benchmarks.session_fuzz [--count 1000000] [--seed 0]
 
 A server of this machine sends NMEA 0183 over TCP, then one sends Signal K, two lines or messages of
 three mangled (as in feeds_fuzz.py), in pieces of any size. The session of the bridge hears them
@@ -28,7 +28,7 @@ from typing import Any
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
-from feeds_fuzz import lines, messages, nmea, recording, signalk
+from benchmarks.feeds_fuzz import lines, messages, nmea, recording, signalk
 from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
@@ -42,11 +42,15 @@ from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ships import NAUTICAL_MILE_M
 
 #: Seconds between two looks at the session.
-LOOK_S = 0.05
+LOOK_S = 0.02
+#: After so many bytes, or messages, the server rests so long [s]: there are looks meanwhile.
+BYTES, MESSAGES, REST_S = 8192, 50, 0.01
 #: One pass of the recording begins so long [s] after the one before it.
 PASS_S = 1800.0
 #: The sound traffic at the end is heard by then [s].
 PATIENCE_S = 60.0
+#: So many lines are sound at the beginning; what is mangled comes when they are shown.
+SOUND = 500
 
 
 @dataclasses.dataclass
@@ -72,7 +76,8 @@ def shifted(reports: Reports, seconds: float) -> Reports:
 
 
 def given(count: int, seed: int, of_nmea: bool) -> tuple[Iterator[bytes], list[bytes], Reports]:
-    """``count`` mangled lines or messages, the sound ones for the end, and what those report."""
+    """``count`` lines or messages of which the first ``SOUND`` are sound and two of three of the
+    others mangled; the sound ones for the end, and what those report."""
     reports = recording()
     passes = max(1, math.ceil(count / len(reports)))
     good = shifted(reports, passes * PASS_S)
@@ -84,6 +89,10 @@ def given(count: int, seed: int, of_nmea: bool) -> tuple[Iterator[bytes], list[b
             sound: Any = list(nmea(later) if of_nmea else signalk(later))
             n = min(left, len(sound))
             left -= n
+            if k == 0:
+                first = min(SOUND, n)
+                yield from (x if isinstance(x, bytes) else x.encode() for x in sound[:first])
+                n -= first
             yield from lines(n, chance, sound) if of_nmea else messages(n, chance, sound)
 
     end = list(nmea(good)) if of_nmea else [text.encode() for text in signalk(good)]
@@ -91,18 +100,25 @@ def given(count: int, seed: int, of_nmea: bool) -> tuple[Iterator[bytes], list[b
 
 
 @contextlib.asynccontextmanager
-async def nmea_server(pieces: Iterable[bytes], end: list[bytes]) -> AsyncIterator[str]:
+async def nmea_server(
+    pieces: Iterable[bytes], end: list[bytes], shown: asyncio.Event
+) -> AsyncIterator[str]:
     """Sends lines over TCP, in pieces of any size; then those of the end."""
     chance = random.Random(1)
 
     async def send(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with contextlib.suppress(ConnectionError, asyncio.CancelledError):
             waiting = b""
-            for line in pieces:
+            for number, line in enumerate(pieces):
+                if number == SOUND:
+                    writer.write(waiting)
+                    waiting = b""
+                    await shown.wait()
                 waiting += line + chance.choice((b"\r\n", b"\n", b"\r"))
-                if len(waiting) > chance.randrange(1, 4096):
+                if len(waiting) > chance.randrange(1, 2 * BYTES):
                     writer.write(waiting)
                     await writer.drain()
+                    await asyncio.sleep(REST_S)
                     waiting = b""
             writer.write(waiting + b"\r\n" + b"\r\n".join(end) + b"\r\n")
             await writer.drain()
@@ -114,14 +130,20 @@ async def nmea_server(pieces: Iterable[bytes], end: list[bytes]) -> AsyncIterato
 
 
 @contextlib.asynccontextmanager
-async def signalk_server(pieces: Iterable[bytes], end: list[bytes]) -> AsyncIterator[str]:
+async def signalk_server(
+    pieces: Iterable[bytes], end: list[bytes], shown: asyncio.Event
+) -> AsyncIterator[str]:
     """Sends messages over a WebSocket; then those of the end."""
     left = iter(pieces)
 
     async def send(socket: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
             await socket.send(end[0].decode())  # the hello
-            for message in left:
+            for number, message in enumerate(left):
+                if number == SOUND:
+                    await shown.wait()
+                if number % MESSAGES == 0:
+                    await asyncio.sleep(REST_S)
                 try:
                     await socket.send(message.decode())
                 except UnicodeDecodeError:
@@ -134,7 +156,7 @@ async def signalk_server(pieces: Iterable[bytes], end: list[bytes]) -> AsyncIter
         yield f"signalk://127.0.0.1:{next(iter(server.sockets)).getsockname()[1]}"
 
 
-async def watched(address: str, good: Reports, logs: Path) -> Outcome:
+async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event) -> Outcome:
     """A session that hears an address, looked at until it has healed or patience is at an end."""
     outcome = Outcome()
     feed = feed_from(address)
@@ -151,6 +173,8 @@ async def watched(address: str, good: Reports, logs: Path) -> Outcome:
             if feed.counts.heard != heard:
                 quiet_since, heard = time.monotonic(), feed.counts.heard
             await asyncio.to_thread(_look, stage, outcome)
+            if outcome.frames > 1:
+                shown.set()
             outcome.healed = _is_healed(outcome.last, good)
             if listening.done() or len(outcome.faults) > 10:
                 break
@@ -218,9 +242,10 @@ def trial(of_nmea: bool, count: int, seed: int) -> Outcome:
     server: Callable[..., Any] = nmea_server if of_nmea else signalk_server
 
     async def run() -> Outcome:
+        shown = asyncio.Event()
         with tempfile.TemporaryDirectory() as logs:
-            async with server(pieces, end) as address:
-                return await watched(address, good, Path(logs))
+            async with server(pieces, end, shown) as address:
+                return await watched(address, good, Path(logs), shown)
 
     return asyncio.run(run())
 
