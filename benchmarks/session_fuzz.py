@@ -13,6 +13,7 @@ import argparse
 import asyncio
 import contextlib
 import dataclasses
+import itertools
 import json
 import math
 import os
@@ -109,7 +110,7 @@ async def nmea_server(
     async def send(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with contextlib.suppress(ConnectionError, asyncio.CancelledError):
             waiting = b""
-            for number, line in enumerate(pieces):
+            for number, line in enumerate(itertools.chain(pieces, end)):
                 if number == SOUND:
                     writer.write(waiting)
                     waiting = b""
@@ -120,7 +121,7 @@ async def nmea_server(
                     await writer.drain()
                     await asyncio.sleep(REST_S)
                     waiting = b""
-            writer.write(waiting + b"\r\n" + b"\r\n".join(end) + b"\r\n")
+            writer.write(waiting + b"\n")
             await writer.drain()
             await reader.read()  # until the session closes
 
@@ -134,7 +135,7 @@ async def signalk_server(
     pieces: Iterable[bytes], end: list[bytes], shown: asyncio.Event
 ) -> AsyncIterator[str]:
     """Sends messages over a WebSocket; then those of the end."""
-    left = iter(pieces)
+    left = itertools.chain(pieces, end)
 
     async def send(socket: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
@@ -148,8 +149,6 @@ async def signalk_server(
                     await socket.send(message.decode())
                 except UnicodeDecodeError:
                     await socket.send(message)
-            for message in end:
-                await socket.send(message.decode())
             await socket.wait_closed()
 
     async with serve(send, "127.0.0.1", 0) as server:
