@@ -2,6 +2,7 @@
 
 import builtins
 import errno
+import io
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -32,7 +33,8 @@ class BrokenDisk:
             self._called("open")
             return _File(really(file, mode, *args, **more), self)
 
-        monkeypatch.setattr(builtins, "open", opened)
+        for module in (builtins, io):
+            monkeypatch.setattr(module, "open", opened)
         for name in _OF_SYSTEM:
             monkeypatch.setattr(os, name, self._wrapped(name, getattr(os, name)))
 

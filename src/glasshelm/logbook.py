@@ -88,7 +88,9 @@ class Logbook:
             return error.errno == errno.ESTALE  # otherwise nobody can tell at the moment
 
     def close(self) -> None:
-        self._file.close()
+        """InputError where only now the system says that something could not be written."""
+        with _told(self.path):
+            self._file.close()
 
     def __enter__(self) -> "Logbook":
         return self

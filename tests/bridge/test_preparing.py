@@ -17,6 +17,7 @@ from glasshelm.bridge.live import Live, _alone
 from glasshelm.bridge.logs import Shelf
 from glasshelm.bridge.opening import prepared
 from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.preparing import Preparing
 from glasshelm.bridge.sailing import Sailing
 from glasshelm.bridge.turns import MOST_REQUESTS
 from glasshelm.encounters.source import scenario_from
@@ -253,3 +254,52 @@ def test_minutes_cut_recorded_traffic_and_nothing_else(tmp_path):
     for source in ("imazu:1", "tcp://127.0.0.1:1", "random:3"):
         with pytest.raises(InputError, match="minutes are of recorded traffic only"):
             Catalogue(Shelf(tmp_path), source, minutes=5.0)
+
+
+def test_who_joins_waits_for_no_log_and_nobody_waits_for_her(tmp_path, monkeypatch):
+    """Logs are read to list them while frames go on, and she who joins gets what is then."""
+    reading, go_on = threading.Event(), threading.Event()
+    really = Shelf.cards
+
+    def cards(shelf):
+        reading.set()
+        assert go_on.wait(SOON_S)
+        return really(shelf)
+
+    async def watch():
+        async with playing(tmp_path) as (conductor, viewer):
+            await viewer.ask("rate", rate=60)
+            with monkeypatch.context() as slow:
+                slow.setattr(Shelf, "cards", cards)
+                joining = asyncio.create_task(Viewer(conductor).join())
+                await asyncio.to_thread(reading.wait, SOON_S)
+                for _ in range(3):
+                    await viewer.next("frame")
+                assert not joining.done()
+                await viewer.ask("limits", dcpa_m=1000.0, tcpa_s=60.0)
+                assert (await viewer.next("hello"))["limits"]["dcpa_m"] == 1000.0
+                go_on.set()
+                later = await joining
+            assert (await later.next("hello"))["limits"]["dcpa_m"] == 1000.0
+            shown = (await later.next("history"))["frames"]
+            assert len(shown) >= 2
+
+    asyncio.run(watch())
+
+
+def test_how_far_a_log_was_read_is_told_to_all(tmp_path, monkeypatch):
+    told = []
+    preparing = Preparing(told.extend)
+
+    async def read():
+        async with preparing.of("a.jsonl"):
+            await preparing.done(lambda: preparing.share(0.25))
+            await asyncio.sleep(0)
+            assert json.loads(preparing.told[0][1])["what"] == "a.jsonl (25%)"
+        preparing.share(0.5)  # too late
+        await asyncio.sleep(0)
+
+    asyncio.run(read())
+    preparing.close()
+    whats = [json.loads(message)["what"] for _, message in told]
+    assert whats == ["a.jsonl", "a.jsonl (25%)", None]

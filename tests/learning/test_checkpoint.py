@@ -113,8 +113,8 @@ def test_crash_while_writing_leaves_the_old_file(path, monkeypatch):
     def crash(file):
         raise OSError("disk full")
 
-    monkeypatch.setattr(checkpoint.os, "fsync", crash)
-    with pytest.raises(OSError, match="disk full"):
+    monkeypatch.setattr(os, "fsync", crash)
+    with pytest.raises(InputError, match=f"{path.name}: cannot write it .disk full"):
         save_tree(path, network(seed=2), HEADER)
     assert path.read_bytes() == before
     monkeypatch.undo()

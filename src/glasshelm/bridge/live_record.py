@@ -14,6 +14,7 @@ import msgspec
 
 from glasshelm.bridge.faults import one_line
 from glasshelm.bridge.record import FrameLines
+from glasshelm.errors import InputError
 from glasshelm.frames import Frame
 from glasshelm.logbook import Logbook
 
@@ -101,8 +102,8 @@ class LiveRecord(FrameLines):
         if self._log is not None:
             try:
                 self._log.close()
-            except OSError as error:  # all of it is with the system already
-                _log.warning("%s: closing the log failed (%s)", self._log.path, one_line(error))
+            except InputError as error:
+                _log.warning("%s", error)
         self._log = None
 
 

@@ -1,7 +1,9 @@
 """The frames of a session: kept in its log on disk, with only their places in memory."""
 
 import bisect
+import contextlib
 import itertools
+import logging
 import os
 import shutil
 from abc import ABC, abstractmethod
@@ -26,6 +28,7 @@ HISTORY_BYTES = 8_000_000
 _TOLD_BYTES = 20_000_000
 
 _decoder = msgspec.json.Decoder(Frame)
+_log = logging.getLogger("glasshelm.bridge")
 
 
 class FrameLines(ABC):
@@ -120,7 +123,7 @@ class Record(FrameLines):
         assert self._log is not None, "a log that is being read is not written"
         with told_as(self.path.name, self.path):
             if self._log.gone:
-                self._log = self._restored(self._log)
+                self._log = self._restored()
             line = self._log.write(frame)
         self._latest = len(self), line
         self._add(frame.time_s, len(line) + 1)
@@ -145,10 +148,14 @@ class Record(FrameLines):
 
     def close(self) -> None:
         if self._log is not None:
-            self._log.close()
-        self._file.close()
+            try:
+                self._log.close()
+            except InputError as error:  # every frame has been read, or shown from memory
+                _log.warning("%s", error)
+        with contextlib.suppress(OSError):
+            self._file.close()
 
-    def _restored(self, log: Logbook) -> Logbook:
+    def _restored(self) -> Logbook:
         """The log as it was, in place of one that was removed: its file can still be read."""
         try:
             with whole(self.path) as path, open(path, "wb") as file:
@@ -160,8 +167,7 @@ class Record(FrameLines):
         except OSError as error:
             problem = f"cannot write the log ({error.strerror})"
             raise InputError(f"{self.path}: {problem}") from None
-        log.close()
-        self._file.close()
+        self.close()
         self._file = reading
         return again
 

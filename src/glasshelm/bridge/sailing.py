@@ -38,7 +38,7 @@ class Run:
         return True
 
     def branch(self, number: int, pilot: Pilot) -> "Run":
-        """The same voyage with another pilot from a frame on, in a log of its own.
+        """The same voyage with another pilot from a frame on, that one sailed, in its own log.
 
         This one is closed; where the new log cannot be written it stays as it was.
         """
@@ -51,6 +51,7 @@ class Run:
                 other.places = self.places[:number]
                 for k in range(number):
                     other.record.append(self.record.frame(k))
+                other.reach(number)
             except BaseException:
                 other.record.close()
                 raise
@@ -136,8 +137,7 @@ class Sailing(Session):
     def hand_over(self, pilot: Pilot) -> None:
         number = max(self.at, 0)
         self._run = self._run.branch(number, pilot)
-        self.at = number - 1  # what is shown is sailed anew
-        self.seek(number * self.step_s)
+        self.at = number
 
     def compare(self, pilot: Pilot | None) -> None:
         other = None

@@ -1,0 +1,220 @@
+"""Simulated and replayed voyages on a disk that fails: they pause, say why, and go on."""
+
+import asyncio
+import errno
+import json
+import os
+
+import pytest
+from tests.bridge.frames import Other, frame
+from tests.broken_disk import BrokenDisk
+
+from glasshelm import logbook
+from glasshelm.bridge import record as record_module
+from glasshelm.bridge.again import Again
+from glasshelm.bridge.catalogue import Catalogue
+from glasshelm.bridge.conductor import Conductor
+from glasshelm.bridge.logs import Shelf
+from glasshelm.bridge.messages import Compare, Limits, Pilot, Play, Seek
+from glasshelm.bridge.outbox import Outbox
+from glasshelm.bridge.record import Past, Record
+from glasshelm.bridge.sailing import Sailing
+from glasshelm.bridge.stage import Stage
+from glasshelm.encounters.source import scenario_from
+from glasshelm.errors import InputError
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.ships import ship_named
+
+
+def sailing(folder) -> Sailing:
+    ship = ship_named("paper")
+    return Sailing(scenario_from("imazu:1", ship), StraightPilot(), "paper", False, folder)
+
+
+class Played:
+    """A session whose steps are taken one by one."""
+
+    def __init__(self, folder, session):
+        self.session, self.stage = session, Stage(session, Limits())
+        self.conductor = Conductor(Catalogue(Shelf(folder)), folder)
+        self.conductor._stage, self.conductor._playing = self.stage, True
+        self.viewer = Outbox()
+        self.conductor.viewers.add(self.viewer)
+        self.times: list[float] = []
+        self.notices: list[str] = []
+
+    async def step(self) -> None:
+        await self.conductor._advance()
+        await self.hear()
+
+    async def ask(self, asked) -> bool:
+        """Whether it was done."""
+        try:
+            await self.conductor.do(asked)
+        except InputError:
+            return False
+        await self.hear()
+        return True
+
+    async def hear(self) -> None:
+        while len(self.viewer):
+            message = json.loads(await self.viewer.next())
+            if message["type"] == "frame":
+                self.times.append(message["frame"]["time_s"])
+            elif message["type"] == "history":
+                self.times = [one["time_s"] for one in message["frames"]]
+            elif message["type"] == "notice":
+                self.notices.append(message["message"])
+
+
+@pytest.mark.parametrize("compared", [False, True])
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO], ids=os.strerror)
+def test_play_goes_on_at_the_same_step_when_the_fault_is_gone(
+    tmp_path, monkeypatch, code, compared
+):
+    disk = BrokenDisk(monkeypatch, tmp_path, code)
+
+    async def voyage(first: int, folder):
+        played = Played(folder, sailing(folder))
+        await played.step()
+        if compared:
+            assert await played.ask(Compare("straight"))
+        await played.step()
+        disk.fail(first)
+        for _ in range(2):
+            await played.step()
+        failed = bool(disk.failed)
+        disk.heal()
+        if not played.conductor._playing:
+            assert os.strerror(code) in played.notices[-1]
+            assert played.conductor.troubles == [played.notices[-1]]
+            await played.step()
+            assert len(played.times) < 4, "paused is paused"
+            assert await played.ask(Play())
+        while len(played.times) < 5:
+            await played.step()
+        assert played.conductor.troubles == []
+        assert played.times == [5.0 * k for k in range(5)]
+        logs = [[f.time_s for f in logbook.read(log)] for log in sorted(folder.glob("*.jsonl"))]
+        assert logs == [played.times] * (1 + compared)
+        played.conductor.close()
+        return failed
+
+    first = 1
+    while asyncio.run(voyage(first, tmp_path / f"{first:03d}")):
+        first += 1
+    assert first > 3
+
+
+@pytest.mark.parametrize("asked", [Pilot("straight"), Compare("straight"), Seek(40.0)])
+def test_what_is_asked_on_a_failing_disk_is_refused_and_can_be_asked_again(
+    tmp_path, monkeypatch, asked
+):
+    disk = BrokenDisk(monkeypatch, tmp_path)
+
+    async def voyage(first: int, folder):
+        played = Played(folder, sailing(folder))
+        for _ in range(4):
+            await played.step()
+        disk.fail(first)
+        done = await played.ask(asked)
+        failed = bool(disk.failed)
+        disk.heal()
+        if not done:
+            assert await played.ask(asked)
+        at = played.times[-1]
+        assert at == (40.0 if isinstance(asked, Seek) else 15.0)
+        assert await played.ask(Play())
+        await played.step()
+        assert played.times == [5.0 * k for k in range(int(at) // 5 + 2)]
+        assert played.conductor.troubles == []
+        read = [f.time_s for f in logbook.read(played.session.record.path)]
+        assert read == played.times
+        played.conductor.close()
+        return failed
+
+    first = 1
+    while asyncio.run(voyage(first, tmp_path / f"{first:03d}")):
+        first += 1
+    assert first > 3
+
+
+def test_a_log_removed_under_a_voyage_is_there_again_whole(tmp_path):
+    async def voyage():
+        played = Played(tmp_path, sailing(tmp_path))
+        for _ in range(3):
+            await played.step()
+        played.session.record.path.unlink()
+        await played.step()
+        return played
+
+    played = asyncio.run(voyage())
+    assert played.times == [0.0, 5.0, 10.0, 15.0]
+    (log,) = tmp_path.glob("*.jsonl")
+    assert [f.time_s for f in logbook.read(log)] == played.times
+    played.conductor.close()
+
+
+def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
+    logbook.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
+
+    async def voyage():
+        played = Played(tmp_path, Again(Record(tmp_path / "a.jsonl", fresh=False)))
+        await played.step()
+        disk.fail(1)
+        await played.step()
+        disk.heal()
+        assert not played.conductor._playing
+        assert played.notices == ["a.jsonl: cannot read the log (Input/output error)"]
+        assert await played.ask(Play())
+        for _ in range(5):
+            await played.step()
+        played.conductor.close()
+        return played.times
+
+    assert asyncio.run(voyage()) == [5.0 * k for k in range(6)]
+
+
+def test_a_log_that_shrank_is_told(tmp_path):
+    logbook.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    record = Record(tmp_path / "a.jsonl", fresh=False)
+    os.truncate(tmp_path / "a.jsonl", 100)
+    with pytest.raises(InputError, match=r"a\.jsonl: cannot read the log \(it was cut off\)"):
+        record.line(4)
+
+
+@pytest.mark.parametrize("end", [b"", b"\n"])
+def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end):
+    monkeypatch.setattr(logbook, "LONGEST", 10_000)
+    path = tmp_path / "a.jsonl"
+    logbook.write(path, [frame(0.0)])
+    with open(path, "ab") as file:
+        file.write(b"x" * 20_000 + end)
+    for read in (lambda: Record(path, fresh=False), lambda: list(logbook.read(path))):
+        with pytest.raises(InputError, match="line 2 is longer than any frame"):
+            read()
+
+
+def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(record_module, "_TOLD_BYTES", 1000)
+    path = tmp_path / "a.jsonl"
+    logbook.write(path, [frame(5 * k, Other()) for k in range(20)])
+    shares: list[float] = []
+    Record(path, False, shares.append)
+    assert shares == sorted(shares)
+    assert len(shares) > 5
+    assert 0.0 <= shares[0] < shares[-1] <= 1.0
+
+
+def test_what_was_is_bounded_in_frames_and_bytes(monkeypatch):
+    monkeypatch.setattr(record_module, "HISTORY_FRAMES", 3)
+    past = Past()
+    for k in range(5):
+        past.add(b"%d" % k)
+    assert past.lines == [b"2", b"3", b"4"]
+    monkeypatch.setattr(record_module, "HISTORY_BYTES", 5)
+    past.add(b"5")
+    assert past.lines == [b"4", b"5"]
+    past.fill([b"a", b"b" * 100])
+    assert past.lines == [b"b" * 100]
