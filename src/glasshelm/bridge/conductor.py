@@ -363,7 +363,11 @@ class Conductor:
             return stage, None
 
         stage, failed = await self.preparing.done(begin, lambda made: made[0].close())
-        await self._look_up()  # there is one log more
+        try:
+            await self._look_up()  # there is one log more
+        except asyncio.CancelledError:
+            self._worker.submit(stage.close)
+            raise
         await self._whole(lambda: self._replace(stage, failed), stage.close)
 
     async def _replace(self, stage: Stage, failed: Exception | None) -> None:
