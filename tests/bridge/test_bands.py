@@ -214,3 +214,33 @@ def test_the_bridge_tells_the_band_of_the_frame_shown(tmp_path):
     times = [json.loads(line)["time_s"] for line in log]
     assert all(b > a for a, b in itertools.pairwise(times))
     assert not any('"band"' in line for line in log), "it is told beside the frames"
+
+
+def test_a_band_that_fails_is_told_and_the_next_one_is_computed(monkeypatch):
+    failing, made = [True], []
+
+    def computed(frames, named, errors, cells):
+        if failing:
+            raise ZeroDivisionError("/home/somebody/band.py")
+        return bands.banded(frames[-1])
+
+    monkeypatch.setattr(bands, "told", computed)
+    frames = [frame(0.0), frame(5.0)]
+
+    async def watch():
+        computer = Bands(ERRORS, pilot_named, made.extend)
+        task = asyncio.create_task(computer.run())
+        computer.want(frames[:1], 100.0)
+        while not made:
+            await asyncio.sleep(0.01)
+        failing.clear()
+        computer.want(frames, 100.0)
+        while len(made) < 2:
+            await asyncio.sleep(0.01)
+        task.cancel()
+        computer.close()
+
+    asyncio.run(watch())
+    first, second = [json.loads(message) for _, message in made]
+    assert first["full"] == "no certified band: it failed (ZeroDivisionError: band.py)"
+    assert (second["time_s"], "failed" in second["full"]) == (5.0, False)

@@ -11,7 +11,7 @@ import time
 import pytest
 import uvicorn
 from tests.bridge.frames import Other, frame
-from tests.bridge.process import PATIENCE_S, start, viewing
+from tests.bridge.process import PATIENCE_S, free_port, start, viewing
 
 from glasshelm.bridge.again import Again
 from glasshelm.bridge.app import application
@@ -174,3 +174,21 @@ def test_a_viewer_who_does_not_read_loses_frames_and_costs_no_memory(flood):
                 times.append(message["frame"]["time_s"])
         assert times == sorted(times)
         assert len(times) < 300
+
+
+def test_live_traffic_is_watched_where_no_log_can_be_written(tmp_path):
+    (tmp_path / "file").touch()
+    logs = tmp_path / "file" / "logs"
+    process, url = start(
+        f"tcp://127.0.0.1:{free_port()}", "--log", str(logs), "--pilot", "straight"
+    )
+    try:
+        with viewing(url) as viewer:
+            notes: list[str] = []
+            while not any("log cannot be written" in note for note in notes):
+                message = json.loads(viewer.recv(timeout=PATIENCE_S))
+                notes = message["notes"] if message["type"] == "session" else notes
+            assert str(tmp_path) not in "".join(notes)
+    finally:
+        process.kill()
+        process.wait(timeout=PATIENCE_S)

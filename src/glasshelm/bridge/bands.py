@@ -17,6 +17,7 @@ from statistics import median
 import msgspec
 
 from glasshelm.bridge import messages as m
+from glasshelm.bridge.faults import one_line
 from glasshelm.certify.band import ALONE, certifiable
 from glasshelm.certify.declared import Errors
 from glasshelm.certify.logged import CELLS, band_of
@@ -84,9 +85,9 @@ class Bands:
             job = loop.run_in_executor(self._thread, told, frames, self._named, errors, cells)
             try:
                 message = await job
-            except Exception:
+            except Exception as error:
                 _log.exception("a band failed")
-                continue
+                message = banded(frames[-1], f"no certified band: it failed ({one_line(error)})")
             took_s = time.monotonic() - begun
             if self._wanted[0][-1] is frames[-1]:
                 self._done = frames[-1], cells
@@ -135,7 +136,12 @@ def told(
             found = msgspec.structs.replace(frame, band=band)
         except InputError as error:
             why = f"no certified band: {error}"
+    return banded(found, why)
+
+
+def banded(frame: Frame, why: str = "") -> m.Banded:
+    """The band that a frame carries, as it is told; or why it has none."""
     rudder = None if frame.decision is None else frame.decision.rudder_rad
     return m.Banded(
-        frame.time_s, frame.pilot, rudder, found.band, in_short(found), why or in_full(found)
+        frame.time_s, frame.pilot, rudder, frame.band, in_short(frame), why or in_full(frame)
     )

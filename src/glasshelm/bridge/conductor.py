@@ -12,7 +12,7 @@ import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -20,7 +20,7 @@ from glasshelm import __version__
 from glasshelm.bridge import messages as m
 from glasshelm.bridge.bands import Bands
 from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.faults import Faults, supervised
+from glasshelm.bridge.faults import Faults, bounded, supervised
 from glasshelm.bridge.opening import opened
 from glasshelm.bridge.outbox import Outbox
 from glasshelm.bridge.preparing import Preparing
@@ -503,7 +503,7 @@ class Conductor:
                 viewer.put(kind, message)
 
     async def _work(self, job: Callable[[], Result]) -> Result:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, _bounded, job)
+        return await asyncio.get_running_loop().run_in_executor(self._worker, bounded, job)
 
     async def _woken(self, seconds: float) -> bool:
         try:
@@ -513,18 +513,6 @@ class Conductor:
             return False
         self._wake.clear()
         return True
-
-
-def _bounded(job: Callable[[], Result]) -> Result:
-    """A job for a thread, whose failure is only its own: it neither ends nor cancels a task."""
-    try:
-        return job()
-    except Exception as error:
-        if isinstance(error, StopIteration | CancelledError):
-            raise RuntimeError(type(error).__name__) from error
-        raise
-    except BaseException as error:
-        raise RuntimeError(type(error).__name__) from error
 
 
 def _of_now(session: Session) -> bool:

@@ -5,9 +5,13 @@ import contextlib
 import logging
 import re
 from collections.abc import Awaitable, Callable, Iterator
+from concurrent.futures import CancelledError
+from typing import TypeVar
 
 from glasshelm.errors import InputError
 from glasshelm.feeds.again import Backoff
+
+Result = TypeVar("Result")
 
 #: A task that was begun again and has run for so long [s] is well.
 HEALED_S = 5.0
@@ -101,3 +105,15 @@ async def supervised(
         if loop.time() - begun > HEALED_S:
             backoff.succeeded()
         await backoff.wait()
+
+
+def bounded(job: Callable[[], Result]) -> Result:
+    """A job for a thread, whose failure is only its own: it neither ends nor cancels a task."""
+    try:
+        return job()
+    except Exception as error:
+        if isinstance(error, StopIteration | CancelledError):
+            raise RuntimeError(type(error).__name__) from error
+        raise
+    except BaseException as error:
+        raise RuntimeError(type(error).__name__) from error
