@@ -13,6 +13,7 @@ import uvicorn
 from tests.bridge.frames import Other, frame
 from tests.bridge.process import PATIENCE_S, free_port, start, viewing
 
+from glasshelm.bridge import connections
 from glasshelm.bridge.again import Again
 from glasshelm.bridge.app import application
 from glasshelm.bridge.catalogue import Catalogue
@@ -121,8 +122,10 @@ BUFFER = 65_536
 
 
 @pytest.fixture
-def flood(tmp_path):
+def flood(tmp_path, monkeypatch):
     """A server of 400 frames of about 100 kB each, and its conductor."""
+    # However slow the machine, she who does not read is not dropped before the end.
+    monkeypatch.setattr(connections, "STALL_S", 600.0)
     record = Record(tmp_path / "long.jsonl", fresh=True)
     others = [Other(str(k), east_m=5000.0 + 100 * k, fed=False) for k in range(330)]
     for k in range(400):
