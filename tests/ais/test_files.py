@@ -49,6 +49,7 @@ PACKED = {
     "zip": zipped(**{"AIS.csv": TEXT}),
     "zip with what comes with it": zipped(**{"a.csv": TEXT, "README.txt": "x", "meta.xml": "x"}),
     "gzip in zip": zipped(**{"a.csv.gz": gzip.compress(TEXT.encode())}),
+    "gzip in gzip": gzip.compress(gzip.compress(TEXT.encode())),
     "zstd in gzip": gzip.compress(zstd(TEXT.encode())),
 }
 ENCODED = {

@@ -1,5 +1,6 @@
 import gzip
 import math
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -96,3 +97,47 @@ def test_a_tag_with_a_wrong_checksum_is_not_believed(tmp_path):
     good = tagged(ais(POSITION, None)[0])
     bad = good.replace(b"c:1", b"c:2")
     assert len(read_nmea(nmea_file(tmp_path, good, bad)).reports) == 1
+
+
+def at(k, message=POSITION, **more):
+    """A message at ``k`` seconds; of a station, if one is named."""
+    return [tagged(line, TIME + k, **more) for line in ais(message, None)]
+
+
+@pytest.mark.parametrize("off", [3600, -3600, -1024 * 7 * 86_400])
+@pytest.mark.parametrize("first", ["own ship", "the others"])
+def test_lines_with_a_time_are_not_refused_for_a_wrong_calendar_of_own_ship(tmp_path, off, first):
+    """One station is one witness, and so is own ship: which of them is first decides nothing."""
+    when = datetime.fromtimestamp(TIME + off, UTC)
+    rmc = f"GPRMC,{when:%H%M%S},A,5930.00,N,02430.00,E,7.0,180.0,{when:%d%m%y},,,A"
+    lines = []
+    for k in range(0, 60, 10):
+        ships = [line for n in range(3) for line in at(
+            k, POSITION | {"mmsi": 211000001 + n}, source_station="rx1"
+        )]  # fmt: skip
+        lines += [sentence(rmc), *ships] if first == "own ship" else [*ships, sentence(rmc)]
+    recording = read_nmea(nmea_file(tmp_path, *lines))
+    assert np.sum(recording.reports.mmsi != OWN_SENSORS) == 18
+    own = recording.reports.take(recording.reports.mmsi == OWN_SENSORS)
+    assert np.all(np.abs(own.time_s[1:] - TIME) < 60)
+    assert recording.notes == ()
+
+
+def test_reports_that_came_late_or_ship_by_ship_are_all_read(tmp_path):
+    late = [line for k in range(0, 600, 60) for line in (
+        *at(k + 1200), *at(k, POSITION | {"mmsi": 211000002}, source_station="satellite")
+    )]  # fmt: skip
+    by_ship = [line for n in range(3) for k in range(0, 1200, 60)
+               for line in at(k, POSITION | {"mmsi": 211000001 + n})]  # fmt: skip
+    for lines in (late, by_ship):
+        recording = read_nmea(nmea_file(tmp_path, *lines))
+        assert len(recording.reports) == len(lines)
+        assert recording.notes == ()
+
+
+def test_a_receiver_that_has_not_found_its_date_tells_none(tmp_path):
+    rmc = "GPRMC,000010.00,A,5930.00,N,02430.00,E,7.0,180.0,060180,,,A"
+    right = "GPRMC,190001.00,A,5930.00,N,02430.00,E,7.0,180.0,150814,,,A"
+    recording = read_nmea(nmea_file(tmp_path, *[sentence(rmc)] * 3, *[sentence(right)] * 3))
+    assert recording.reports.time_s.min() == TIME + 1
+    assert "without a time" in recording.notes[0]

@@ -300,6 +300,10 @@ TIMES = {
     "with a zone": pa.array(
         [(int(NOON) + i) * 1000 for i in range(COUNT)], pa.timestamp("ms", "Europe/Oslo")
     ),
+    "nanoseconds": pa.array(
+        [int(NOON + i) * 10**9 + (0 if i else 1) for i in range(COUNT)], pa.timestamp("ns")
+    ),
+    "binary": pa.array([b"2024-06-01T12:00:0%d" % i for i in range(COUNT)]),
     "text": pa.array([f"2024-06-01T12:00:0{i}" for i in range(COUNT)]),
     "number": pa.array([NOON + i for i in range(COUNT)]),
     "dictionary": pa.array([f"01/06/2024 12:00:0{i}" for i in range(COUNT)]).dictionary_encode(),
@@ -322,11 +326,32 @@ def test_parquet(tmp_path, time, mmsi):
     pq.write_table(pa.table(columns), path, row_group_size=2)
     recording = read(path)
     r = recording.reports
-    assert (r.time_s - NOON).tolist() == [0, 1, 2, 3, 4]
+    assert (r.time_s - NOON).round(6).tolist() == [0, 1, 2, 3, 4]
     assert set(r.mmsi.tolist()) == {SHIP}
     assert np.isnan(r.sog_kn[1])
     ship = recording.ships[SHIP]
     assert (ship.name, ship.length_m) == ("ALFA", 180.0)
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+@pytest.mark.parametrize("bad", [2**63 - 2, -(2**63) + 2, 0])
+def test_one_impossible_instant_costs_one_row(tmp_path, unit, bad):
+    scale = {"ms": 10**3, "us": 10**6, "ns": 10**9}[unit]
+    columns = {
+        "mmsi": pa.array([SHIP] * COUNT),
+        "timestamp": pa.array(
+            [bad, *(int(NOON + i) * scale for i in range(1, COUNT))], pa.timestamp(unit)
+        ),
+        "longitude": pa.array([10.25] * COUNT),
+        "latitude": pa.array([58.5] * COUNT),
+        "vessel_name": pa.array(["ÆGIR".encode("latin-1")] * COUNT),
+    }
+    path = tmp_path / "ais.parquet"
+    pq.write_table(pa.table(columns), path)
+    recording = read(path)
+    assert (recording.reports.time_s - NOON).tolist() == [1, 2, 3, 4]
+    assert recording.ships[SHIP].name == "ÆGIR"
+    assert len(recording.notes) == 1
 
 
 def test_points_of_geoparquet(tmp_path):

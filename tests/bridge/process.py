@@ -21,13 +21,15 @@ _ours: list[socket.socket] = []
 
 
 def start(
-    *args: str, heard: list[str] | None = None, **environment: str
+    *args: str, heard: list[str] | None = None, files: int | None = None, **environment: str
 ) -> tuple[subprocess.Popen[str], str]:
     """A bridge in a process of its own, at a port that it chooses, and its address.
 
-    What it says later is put into ``heard``.
+    What it says later is put into ``heard``; it may open so many ``files``.
     """
     command = [sys.executable, "-m", "glasshelm", "bridge", *args, "--no-open", "--port", "0"]
+    if files is not None:
+        command = ["sh", "-c", f'ulimit -n {files}; exec "$@"', "sh", *command]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, text=True, env=os.environ | environment
     )

@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import resource
 import socket
 import threading
 import time
@@ -259,13 +258,9 @@ FILES = 128
 
 def test_a_server_of_few_files_is_not_locked_by_hundreds_of_idle_connections(tmp_path):
     """Nor does its terminal fill; frames go on to who is there, and who comes gets in."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (min(soft, FILES), hard))
     heard: list[str] = []
-    try:
-        process, url = start("imazu:1", "--pilot", "straight", "--log", str(tmp_path), heard=heard)
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    voyage = ("imazu:1", "--pilot", "straight", "--log", str(tmp_path))
+    process, url = start(*voyage, heard=heard, files=FILES)
     host, port = url.removeprefix("ws://").removesuffix("/ws").split(":")
     over = threading.Event()
     idle: list[socket.socket] = []

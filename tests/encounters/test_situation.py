@@ -297,3 +297,24 @@ def test_writing_names_ships_it_cannot_express(tmp_path):
     document = json.loads((tmp_path / "out.json").read_text())
     assert document["targetShips"] == []
     assert "LATE" in document["description"]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_one_long_line_is_a_document(tmp_path, encoding):
+    ship = {"initial": {"position": {"lat": 58.0, "lon": 10.0}, "sog": 10.0, "cog": 90.0}}
+    place = {"position": {"lat": 58.1, "lon": 10.0}, "sog": 10.0, "cog": 180.0}
+    other = {"initial": place}
+    document = {"ownShip": ship, "targetShips": [other], "title": "Ø", "description": "x" * 100_000}
+    path = tmp_path / "situation.json"
+    path.write_bytes(json.dumps(document, ensure_ascii=False).encode(encoding))
+    assert scenario_from(str(path), SHIPS["paper"]).title.startswith("Ø")
+
+
+@pytest.mark.parametrize("year", ["0001", "1969", "2101", "9999"])
+def test_a_start_that_is_none_is_told(tmp_path, year):
+    ship = {"initial": {"position": {"lat": 58.0, "lon": 10.0}, "sog": 10.0, "cog": 90.0}}
+    document = {"ownShip": ship, "targetShips": [], "startTime": f"{year}-12-31T23:59:59Z"}
+    path = tmp_path / "situation.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"startTime .* must be between 1970 and 2100"):
+        read_situation(path, SHIPS["paper"])

@@ -105,7 +105,9 @@ def test_the_number_of_a_context_is_hers_whatever_is_told():
     )
     assert (first.id, first.formerly, second.id) == ("276780000", None, "276780000")
     reports, refused = read(HELLO, delta({"mmsi": "002766140"}, UUID), delta(HERE, UUID))
-    assert (reports, refused) == ([], {Refusal.NO_SHIP: 2})
+    # Whoever was taken for a ship before is let go by the picture.
+    assert [(report.id, report.formerly is not None) for report in reports] == [("2766140", True)]
+    assert refused == {Refusal.NO_SHIP: 1}
 
 
 def test_own_ship_may_be_named_by_an_mmsi_that_is_told_later():
@@ -333,3 +335,65 @@ def test_one_value_that_cannot_be_read_spoils_no_other():
     )
     assert report.speed_m_s is None
     assert report.heading_rad == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("name", ["²", "٢٥٧٠٦٣٧٧٠", "urn:mrn:imo:mmsi:²", "½", "1e5", "-5", "0x10"])
+def test_a_name_of_other_digits_is_a_name(name):
+    reports, _ = read(HELLO, delta({"navigation.speedOverGround": 5.0}, context=f"vessels.{name}"))
+    assert [report.id for report in reports] == [name]
+
+
+@pytest.mark.parametrize(
+    "told", ["0276780000", "276780000.0", 276780000.0, 276780000, " 276780000 ", "276780000."]
+)
+def test_an_mmsi_in_any_form_is_that_ship(told):
+    reports, _ = read(
+        HELLO,
+        delta({"": {"mmsi": told}, "navigation.speedOverGround": 5.0}, context="vessels.x"),
+    )
+    assert [report.id for report in reports] == ["276780000"]
+
+
+@pytest.mark.parametrize("told", [True, "27678000A", "1e8", 2.5, float(10**12), [], {}, "²"])
+def test_what_is_no_mmsi_names_nobody(told):
+    reports, _ = read(
+        HELLO,
+        delta({"": {"mmsi": told}, "navigation.speedOverGround": 5.0}, context="vessels.x"),
+    )
+    assert [report.id for report in reports] == ["x"]
+
+
+@pytest.mark.parametrize(
+    "null",
+    [
+        {"navigation.course.nextPoint.position": {"latitude": None, "longitude": None}},
+        {"navigation.course.nextPoint": {"position": {"value": None}}},
+        {"navigation.course": {"nextPoint": {"value": None}}},
+        {"navigation.course.nextPoint": None},
+    ],
+)
+def test_every_form_of_null_ends_a_route(null):
+    own = HELLO["self"]
+    point = {"navigation.course.nextPoint": {"position": {"latitude": 59.0, "longitude": 24.0}}}
+    reports, refused = read(HELLO, delta(point, context=own), delta(null, context=own))
+    assert [report.route_ended for report in reports] == [False, True]
+    assert refused == {}
+
+
+@pytest.mark.parametrize("number", ["992571111", "111257500", "002570001"])
+def test_what_turns_out_to_be_no_ship_is_one_no_more(number):
+    counts, picture = Counts(), Picture()
+    reader = DeltaReader(counts)
+    position = {"navigation.position": {"latitude": 59.0, "longitude": 24.0}}
+    for told in (position, {"": {"mmsi": number, "name": "BUOY"}}, position):
+        for report in reader.message(json.dumps(delta(told, context="vessels.urn:x"))):
+            picture.take(report)
+    assert len(picture) == 0
+
+
+@pytest.mark.parametrize(
+    "stamp", [1408129201040, "1408129201.04", "1408129201040000", "2014-8-15T19:00:01.040Z"]
+)
+def test_counts_since_1970_are_told_apart(stamp):
+    (report,), _ = read(HELLO, delta({"navigation.speedOverGround": 5.0}, timestamp=stamp))
+    assert report.time == datetime(2014, 8, 15, 19, 0, 1, 40_000, tzinfo=UTC)

@@ -233,3 +233,17 @@ def _with_number(payload, number):
     values = [int(bits[k : k + 6], 2) for k in range(0, len(bits), 6)]
     body = b"AIVDM,1,1,,A,%s,0" % bytes(v + 48 if v < 40 else v + 56 for v in values)
     return b"!%s*%02X" % (body, _check(body))
+
+
+@pytest.mark.parametrize(
+    ("around", "times"),
+    [
+        (b"636012345;2014-08-15T19:00:00Z;%s", [TIME]),
+        (b"970012345,1408129200,%s", [TIME]),
+        (b"%s,636012345,1408129200", [TIME]),
+        (b"%s,636012345", []),
+    ],
+)
+def test_a_number_of_nine_digits_beside_a_sentence_is_no_time(around, times):
+    reports, _ = read(around % ais(POSITION, None)[0])
+    assert [report.time.timestamp() for report in reports] == times

@@ -107,6 +107,7 @@ def test_a_file_played_and_read_is_the_same_traffic(file):
     plane = Plane(*scenario.origin)
     for number, (name, length, place, speed) in live.items():
         rows = recording.reports.take(recording.reports.mmsi == int(number))
+        rows = rows.take(rows.time_s < TIME + 3600)  # a scenario leaves the row of another day out
         last = int(rows.time_s.argmax())
         east, north = plane.to_plane(rows.latitude_deg[[last]], rows.longitude_deg[[last]])
         assert math.hypot(east[0] - place[0], north[0] - place[1]) < 50.0, number

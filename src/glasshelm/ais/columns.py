@@ -26,8 +26,8 @@ pc: Any = pyarrow.compute
 #: sets, and our own.
 NAMES: dict[str, tuple[str, ...]] = {
     "time": (
-        "t", "time", "timeutc", "timestamp", "timestamputc", "basedatetime", "datetimeutc",
-        "datetime", "msgtime", "unixtime", "epoch", "ts",
+        "timestamp", "timestamputc", "basedatetime", "datetimeutc", "datetime", "msgtime",
+        "unixtime", "timeutc", "epoch", "time", "ts", "t",  # the last may be a time of day
     ),
     "mmsi": ("mmsi", "sourcemmsi", "mmsinumber", "vesselid"),
     "latitude": ("lat", "latitude", "latdeg"),
@@ -202,8 +202,8 @@ def _number(text: str) -> float:
 def _times(values: pa.Array) -> np.ndarray:
     """Seconds since 1970 of times, texts or numbers; NaN where there is none."""
     if pa.types.is_timestamp(values.type):
-        micro = values.cast(pa.timestamp("us", values.type.tz), safe=False).cast(pa.int64())
-        return epoch_seconds(pc.fill_null(micro, -1).to_numpy(zero_copy_only=False) / 1e6)
+        counts = pc.fill_null(values.cast(pa.int64()), -1).to_numpy(zero_copy_only=False)
+        return epoch_seconds(counts / {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit])
     if not _is_text(values):
         return epoch_seconds(_floats(values))
     coded = values.dictionary_encode()

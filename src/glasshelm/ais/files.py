@@ -184,7 +184,7 @@ def _zstd(stream: Any) -> Any:
 
 
 _UNPACKERS: dict[str, Callable[[Any], Any]] = {
-    "gzip": lambda stream: gzip.GzipFile(fileobj=stream),
+    "gzip": lambda stream: gzip.GzipFile(fileobj=stream, mode="rb"),
     "bzip2": bz2.BZ2File,
     "xz": lzma.LZMAFile,
     "zstd": _zstd,
@@ -260,13 +260,22 @@ def read_document(path: str | Path) -> bytes:
             if length > LONGEST_DOCUMENT:
                 most = LONGEST_DOCUMENT // 1_000_000
                 raise InputError(f"{path}: longer than {most} MB: not one document")
-        return b"".join([*parts, decoder(b"")])
+        document = b"".join([*parts, decoder(b"")])
+    try:
+        document.decode("utf-8")
+    except UnicodeDecodeError:
+        return document.decode("latin-1").encode()
+    return document
 
 
 def first_text(path: str | Path) -> bytes:
     """The first lines of a text file, in UTF-8; InputError if it is empty, or no text."""
     with TextFile(path) as file:
         text = next(file.blocks(HEAD), b"")[:HEAD]
+    if not text.strip():  # perhaps one line, longer than any of a table
+        with Unpacked(path) as packed:
+            head = packed.peek()
+        text = _utf8(_with_lf(_decoder(head)(head).replace(b"\0", b"")))
     if not text.strip():
         raise InputError(f"{path}: nothing is in it")
     odd = sum(text.count(bytes([code])) for code in (*range(1, 9), *range(14, 27), *range(28, 32)))

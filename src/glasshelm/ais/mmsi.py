@@ -4,6 +4,11 @@
 _DISTRESS = {"970": "SART", "972": "MOB", "974": "EPIRB"}
 
 
+def is_number(identity: str) -> bool:
+    """Whether an identity is a number: ASCII digits alone, not those of other scripts."""
+    return identity.isascii() and identity.isdigit()
+
+
 def called(mmsi: int | str) -> str:
     """``MMSI 230035780``; of a sender of distress ``SART 970012345``."""
     text = str(mmsi)

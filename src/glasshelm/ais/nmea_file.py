@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from glasshelm.ais.files import TextFile
+from glasshelm.ais.mmsi import is_number
 from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
 from glasshelm.errors import InputError
 from glasshelm.feeds.nmea import NmeaReader
@@ -61,7 +62,7 @@ def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterat
     reader = NmeaReader(counts, live=False)
     rows: list[tuple[float, ...]] = []
     for report in reader.read(lines):
-        number = int(report.id) if report.id.isdigit() else OWN_SENSORS
+        number = int(report.id) if is_number(report.id) else OWN_SENSORS
         ships[number] = _known(ships.get(number, Particulars()), report)
         if report.latitude_deg is not None and report.longitude_deg is not None:
             rows.append(_row(number, report))

@@ -46,7 +46,8 @@ def parquet_batches(
             columns = [names[place] for place in found.values()]
             row = 1
             for batch in file.iter_batches(BATCH, row_groups=groups, columns=columns):
-                part = {column: _plain(batch.column(names[p])) for column, p in found.items()}
+                part = {column: batch.column(names[p]) for column, p in found.items()}
+                part = {name: v if name == "point" else _plain(v) for name, v in part.items()}
                 rows = np.arange(row, row + batch.num_rows)
                 row += batch.num_rows
                 yield recording_of(part, rows, wanted, tally)
@@ -63,12 +64,23 @@ def _plain(values: pa.Array) -> pa.Array:
     """Values without a dictionary; texts that stand for nothing are null."""
     if pa.types.is_dictionary(values.type):
         values = values.dictionary_decode()
+    if pa.types.is_binary(values.type) or pa.types.is_large_binary(values.type):
+        values = pa.array(
+            [None if x is None else _text(x) for x in values.to_pylist()], pa.string()
+        )
     if pa.types.is_string_view(values.type):
         values = values.cast(pa.string())
     if pa.types.is_string(values.type) or pa.types.is_large_string(values.type):
         nothing = pc.is_in(values, value_set=pa.array(NOTHING, values.type))
         values = pc.if_else(nothing, pa.scalar(None, values.type), values)
     return values
+
+
+def _text(data: bytes) -> str:
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 def _overlaps(file: pq.ParquetFile, group: int, column: str, begin_s: float, end_s: float) -> bool:
@@ -80,8 +92,12 @@ def _overlaps(file: pq.ParquetFile, group: int, column: str, begin_s: float, end
     said = next((c.statistics for c in here if c.path_in_schema == column), None)
     if said is None or not said.has_min_max:
         return True
-    first, last = (
-        pa.scalar(t, pa.timestamp("us", "UTC" if t.tzinfo else None)).cast(pa.int64()).as_py() / 1e6
-        for t in (said.min, said.max)
-    )
+    try:
+        first, last = (
+            pa.scalar(t, pa.timestamp("us", "UTC" if t.tzinfo else None)).cast(pa.int64()).as_py()
+            / 1e6
+            for t in (said.min, said.max)
+        )
+    except (ValueError, OverflowError):  # finer, or farther off, than a datetime can be
+        return True
     return first <= end_s and last >= begin_s

@@ -28,7 +28,7 @@ class Tally:
         """The rows of a mask; ``rows`` are the numbers of all, ``texts`` an Arrow array or None."""
         if bad.any():
             first = int(np.argmax(bad))
-            text = "" if texts is None else str(texts[first].as_py())
+            text = "" if texts is None else _shown(texts[first])
             self.add(reason, int(rows[first]), text, int(bad.sum()))
 
     def notes(self) -> tuple[str, ...]:
@@ -55,3 +55,11 @@ class Tally:
         text = self._first[reason][1]
         text = text if len(text) <= _CLIPPED else text[:_CLIPPED] + "…"
         return reason.replace("{}", repr(text))
+
+
+def _shown(value) -> str:
+    """A value of an Arrow array as text."""
+    try:
+        return str(value.as_py())
+    except (ValueError, OverflowError):  # an instant that no datetime can be, or a finer one
+        return str(value.value)

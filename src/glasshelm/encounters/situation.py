@@ -202,7 +202,10 @@ def _start_time(text: str | None, file: Path) -> datetime | None:
         time = datetime.fromisoformat(text)
     except ValueError:
         raise InputError(f"{file}: startTime {text!r} is not an ISO 8601 time") from None
-    return time if time.tzinfo else time.replace(tzinfo=UTC)
+    time = time if time.tzinfo else time.replace(tzinfo=UTC)
+    if not 1970 <= time.year <= 2100:
+        raise InputError(f"{file}: startTime {text!r} must be between 1970 and 2100")
+    return time
 
 
 def _points(scenario: Scenario, slot: int) -> tuple[list[tuple[float, float]], list[float]]:

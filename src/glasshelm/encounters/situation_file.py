@@ -124,6 +124,8 @@ def read_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
         situation = msgspec.json.decode(data, type=Situation)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a DNV traffic situation: nested too deep") from None
     except NOT_JSON as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
     if situation.target_ships is None and situation.target_ship is None:

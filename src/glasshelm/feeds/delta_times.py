@@ -1,9 +1,11 @@
 """The timestamps of Signal K updates, also as servers write them that are not quite right."""
 
+import math
 import re
 from datetime import UTC, datetime, timedelta, timezone
 from typing import Any
 
+from glasshelm.ais.limits import epoch_seconds
 from glasshelm.feeds.clock import from_epoch
 
 #: As RFC 3339 has it; numbers may lack their zeros, and a zone that is missing is UTC.
@@ -22,7 +24,8 @@ def time_of(stamp: Any) -> datetime | None:
     if not isinstance(stamp, str):
         return None
     if _NUMBER.fullmatch(stamp.strip()):
-        return from_epoch(float(stamp))
+        seconds = epoch_seconds(float(stamp))
+        return None if math.isnan(seconds) else from_epoch(seconds)
     found = _FORM.fullmatch(stamp.strip())
     if found is None:
         return None

@@ -7,6 +7,7 @@ or a size goes on as it was, and grows old.
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -46,8 +47,8 @@ def read_values(values: Iterable[tuple[str, Any]]) -> Said:
 
 
 def _read(said: Said, path: str, value: Any, deep: int) -> None:
-    if deep and isinstance(value, dict) and "value" in value and path in _PATHS:
-        value = value["value"]  # as in the whole tree of a ship
+    if deep and path in _PATHS:
+        value = _unwrapped(value)
     reader = _READERS.get(path)
     if path in _ROUTES:
         said.used = True
@@ -87,7 +88,10 @@ def _route(said: Said, path: str, value: Any) -> None:
         return
     if isinstance(value, dict) and path.endswith(".activeRoute"):
         return
-    place = value.get("position", value) if isinstance(value, dict) else value
+    place = _unwrapped(value)
+    place = _unwrapped(place.get("position", place)) if isinstance(place, dict) else place
+    if isinstance(place, dict) and place.get("latitude", 0) is place.get("longitude", 0) is None:
+        place = None
     if place is None:
         said.routes_ended |= {part}
     elif not isinstance(place, dict):
@@ -95,6 +99,11 @@ def _route(said: Said, path: str, value: Any) -> None:
     elif "latitude" in place or "longitude" in place or place is not value:
         said.fields |= {f"waypoint_{name}": x for name, x in _position(place).items()}
         said.route = part
+
+
+def _unwrapped(value: Any) -> Any:
+    """A value as the whole tree of a ship has it: ``{"value": …}``."""
+    return value["value"] if isinstance(value, dict) and "value" in value else value
 
 
 def _number(value: Any) -> float:
@@ -129,15 +138,14 @@ def _name(value: Any) -> Fields:
 
 def _mmsi(value: Any) -> Fields:
     """An MMSI, as text or as a number; what cannot be one is none."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        value = str(value)
-    if not isinstance(value, str):
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
         return {}
-    value = value.strip()
-    fits = value.isascii() and value.isdigit() and len(value) <= 9
-    return {"mmsi": str(int(value)) if fits and int(value) else None}
+    found = _MMSI.fullmatch(str(value).strip())
+    return {"mmsi": found[1] if found else None}
 
 
+#: Zeros may stand before the number, and a point behind it, as tables write it.
+_MMSI = re.compile(r"0{0,20}([1-9]\d{0,8})(?:\.0*)?", re.ASCII)
 _UNREADABLE = (TypeError, ValueError, KeyError, AttributeError, OverflowError)
 _MOVING = frozenset(
     (

@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 
 from glasshelm.ais.limits import is_vessel_mmsi
+from glasshelm.ais.mmsi import is_number
 from glasshelm.feeds.clock import StreamClock
 from glasshelm.feeds.delta_times import time_of
 from glasshelm.feeds.delta_values import read_values
@@ -101,7 +102,7 @@ class DeltaReader:
         """What one update says of the ship of a context."""
         said = read_values((one.path, one.value) for one in update.values)
         number, formerly = self._number(context, said.mmsi)
-        if number.isdigit() and _no_ship(number):
+        if _no_ship(number) and formerly is None:
             return Refusal.NO_SHIP
         own = context == self._self or number == self._own
         ended = self._route_ended(said.route, said.routes_ended) if own else False
@@ -132,7 +133,7 @@ class DeltaReader:
         """
         name = context.removeprefix(_VESSELS)
         digits = name.removeprefix(_MMSI)
-        if digits.isascii() and digits.isdigit() and len(digits) < 20:
+        if is_number(digits) and len(digits) < 20:
             return str(int(digits)), None
         learnt = self._learnt.get(context)
         if told is None or told == learnt:
@@ -158,4 +159,5 @@ def _full(identity: str) -> str:
 
 
 def _no_ship(number: str) -> bool:
-    return len(number) > 9 or not is_vessel_mmsi(int(number))
+    """Whether this is the number of a station that is no ship, or that none can have."""
+    return is_number(number) and (len(number) > 9 or not is_vessel_mmsi(int(number)))

@@ -3,6 +3,7 @@
 import math
 
 from glasshelm.ais.cleaning import AGREEING
+from glasshelm.ais.mmsi import is_number
 from glasshelm.encounters.recorded import ECHO_M
 from glasshelm.feeds.vessel import Fix, Motion, Vessel, way_m
 
@@ -73,7 +74,7 @@ class OwnNumbers:
     @property
     def mmsi(self) -> str | None:
         """The MMSI that was told most often."""
-        found = [one for one in self._told if one.isdigit()]
+        found = [one for one in self._told if is_number(one)]
         return max(found, key=lambda one: self._told[one][0], default=None)
 
     def hide(self, vessel: Vessel) -> bool:

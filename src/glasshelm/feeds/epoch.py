@@ -10,6 +10,7 @@ import time
 from collections import deque
 
 from glasshelm.ais.cleaning import AGREEING
+from glasshelm.ais.mmsi import is_number
 
 #: A time so far from that of the traffic [s], ahead or behind, is not believed.
 BELIEVED_S = 600.0
@@ -240,7 +241,7 @@ def _called(witness: str) -> str:
     """How people call a witness."""
     if witness.startswith("station:"):
         return witness.replace(":", " ", 1)
-    return f"MMSI {witness}" if witness.isdigit() else witness
+    return f"MMSI {witness}" if is_number(witness) else witness
 
 
 def _off(ahead_s: float) -> str:

@@ -24,6 +24,8 @@ _BOM = b"\xef\xbb\xbf"
 _SENTENCE = re.compile(rb"[!$][A-Z]{4,5},", re.IGNORECASE)
 _CHECKSUM = re.compile(rb"\*([0-9A-Fa-f]{2})(?![0-9A-Fa-f])")
 _NUMBER = re.compile(r"\d{1,20}(?:\.\d{1,9})?")
+#: A time since 1970 that is written beside a sentence; a number of nine digits is an MMSI there.
+_WRITTEN = re.compile(r"\d{10,20}(?:\.\d{1,9})?|\d.*[-:T].*")
 _STATION = re.compile(r"[rb]\w{1,20}")
 #: What separates the fields that loggers and receivers add.
 _BETWEEN = re.compile(r"[,;|\t\"\[\]]+|\s(?=\D|\d{9,})")
@@ -130,7 +132,7 @@ def _written(text: bytes) -> tuple[datetime | None, str | None]:
     time, station = None, None
     for part in _BETWEEN.split(text.decode("latin-1")):
         word = part.strip()
-        time = time or _time_of(word)
+        time = time or (_time_of(word) if _WRITTEN.fullmatch(word) else None)
         station = station or (f"station:{word}" if _STATION.fullmatch(word) else None)
     return time, station
 

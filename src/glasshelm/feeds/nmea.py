@@ -19,6 +19,8 @@ from glasshelm.feeds.types import Counts, Refusal, Report
 
 #: The name of own ship where no MMSI is known.
 OWN = "own"
+#: In a file, lines that tell their time date the others for so many lines, whatever RMC tells.
+HOLDS_LINES = 1000
 
 
 class NmeaReader:
@@ -31,6 +33,9 @@ class NmeaReader:
     def __init__(self, counts: Counts, live: bool, own: str | None = None):
         self._counts, self._own = counts, own
         self._clock = StreamClock(live, counts)
+        #: Of a file: what own ship's satellite receiver tells, where no line has a time of its own.
+        self._satellites = StreamClock(live=False)
+        self._timed_at = -HOLDS_LINES
         self._parts = Parts(counts)
         self._groups: dict[str, tuple[Framed, int]] = {}
         self._lines = 0
@@ -135,9 +140,9 @@ class NmeaReader:
         time = self._time(line.time, line.station or number)
         if isinstance(time, Refusal):
             return time
-        if line.time is None and satellites is not None and not self._clock.live:
+        if line.time is None and satellites is not None and not self._timed:
             # A receiver whose calendar is wrong still knows where she is now.
-            time = self._clock.tell(satellites, number) or time
+            time = self._satellites.tell(satellites, number) or self._satellites.now()
         if not said:
             return Refusal.NOTHING_TOLD
         if time is None:
@@ -145,8 +150,19 @@ class NmeaReader:
         self._counts.understood += 1
         return Report(id=number, time=time, own=True, **said)
 
+    @property
+    def _timed(self) -> bool:
+        """Whether the stream has a time without own ship's satellites."""
+        return self._clock.live or self._lines - self._timed_at < HOLDS_LINES
+
     def _time(self, told: datetime | None, witness: str) -> datetime | Refusal | None:
-        """The time of a line: the one it tells, if that is believed, or else the stream's."""
+        """The time of a line: the one it tells, or else the stream's.
+
+        Of a live stream it must be believed. In a file each line has its own: it may be of
+        several receivers, one after the other, or of reports that came late.
+        """
         if told is None:
-            return self._clock.now()
-        return self._clock.tell(told, witness) or Refusal.TIME_JUMP
+            return self._clock.now() if self._timed else self._satellites.now()
+        self._timed_at = self._lines
+        believed = self._clock.tell(told, witness)
+        return believed or (Refusal.TIME_JUMP if self._clock.live else told)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
+from glasshelm.ais.limits import epoch_seconds
 from glasshelm.ships import KNOT_M_S
 
 Fields = Sequence[str]
@@ -173,7 +174,9 @@ def _date_time(date: str, time: str) -> datetime | None:
         min(seconds, 59),
         tzinfo=UTC,
     )
-    return instant + timedelta(seconds=max(seconds - 59, 0) + _number(f"0.{part or 0}"))
+    instant += timedelta(seconds=max(seconds - 59, 0) + _number(f"0.{part or 0}"))
+    # A receiver that has not found its date begins in 1980; where she is may be right all the same.
+    return None if math.isnan(epoch_seconds(instant.timestamp())) else instant
 
 
 def _pairs(text: str) -> tuple[int, int, int]:

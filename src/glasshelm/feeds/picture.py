@@ -7,6 +7,8 @@ from datetime import UTC, datetime, timedelta
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.ais.limits import is_vessel_mmsi
+from glasshelm.ais.mmsi import is_number
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.recorded import LOST_AFTER_S
 from glasshelm.encounters.types import Encounter, Scenario
@@ -175,6 +177,9 @@ class Picture:
         return f"own ship and {ships} other {'ship' if ships == 1 else 'ships'}"
 
     def _take(self, r: Report) -> Refusal | None:
+        if r.formerly is not None and is_number(r.id) and not is_vessel_mmsi(int(r.id)):
+            self._fleet.ships.pop(r.formerly, None)  # what was taken for a ship is a buoy
+            return Refusal.NO_SHIP
         if r.formerly is not None and self._fleet.rename(r.formerly, r.id):
             self._slots.rename(r.formerly, r.id)
         if not possible(r):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.ais.mmsi import called
+from glasshelm.ais.mmsi import called, is_number
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.tracks import Row, single_track
 from glasshelm.encounters.types import TargetInfo, Track
@@ -133,7 +133,7 @@ def info_of(vessel: Vessel | None) -> TargetInfo:
     if vessel is None:
         return TargetInfo("", "empty slot")
     number = vessel.second_of or vessel.id
-    name = vessel.name or (called(number) if number.isdigit() else number)
+    name = vessel.name or (called(number) if is_number(number) else number)
     if vessel.second_of:
         name = f"{name} (second)"
     return TargetInfo(vessel.id, name, vessel.length_m, vessel.kind)

@@ -15,6 +15,7 @@ import msgspec
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import WebSocketException
 
+from glasshelm.ais.mmsi import is_number
 from glasshelm.feeds.again import Backoff
 from glasshelm.feeds.reasons import reason
 from glasshelm.feeds.signalk import SignalK
@@ -271,7 +272,7 @@ def _withdrawn(path: str) -> Any:
 
 def _context(target: Target) -> str:
     number = target.id
-    return f"vessels.{f'urn:mrn:imo:mmsi:{int(number):09d}' if number.isdigit() else number}"
+    return f"vessels.{f'urn:mrn:imo:mmsi:{int(number):09d}' if is_number(number) else number}"
 
 
 def _label(number: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.axe import faults, needs_axe
+from tests.bridge.page.axe import faults
 from tests.bridge.page.conftest import Server, becomes, until, wait_for_words, words
 
 Visit = Callable[..., Any]
@@ -114,7 +114,6 @@ def test_the_role_outlives_a_reload_without_the_token(
     becomes(lambda: page.get_by_text("View only", exact=True).count(), 0)
 
 
-@needs_axe
 @pytest.mark.parametrize("palette", ["day", "night"])
 def test_axe_finds_no_serious_fault_in_the_viewer_s_page(
     viewer: Server, look: Visit, palette: str
