@@ -59,7 +59,7 @@ def nmea_recordings(
 
 def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterator[Reports]:
     """The positions of some lines, ``BATCH`` at a time; who the ships are is added to ``ships``."""
-    reader = NmeaReader(counts, live=False)
+    reader = NmeaReader(counts, live=False, as_told=True)
     rows: list[tuple[float, ...]] = []
     for report in reader.read(lines):
         number = int(report.id) if is_number(report.id) else OWN_SENSORS

@@ -28,10 +28,11 @@ class NmeaReader:
 
     ``own`` is the MMSI whose AIS reports are own ship's (she is also whoever an
     AIVDO speaks of). ``live``: lines that tell no time are dated by arrival.
+    ``as_told``: of a recording that is read, not played, every line has the time it tells.
     """
 
-    def __init__(self, counts: Counts, live: bool, own: str | None = None):
-        self._counts, self._own = counts, own
+    def __init__(self, counts: Counts, live: bool, own: str | None = None, as_told: bool = False):
+        self._counts, self._own, self._as_told = counts, own, as_told
         self._clock = StreamClock(live, counts)
         #: Of a file: what own ship's satellite receiver tells, where no line has a time of its own.
         self._satellites = StreamClock(live=False)
@@ -158,11 +159,11 @@ class NmeaReader:
     def _time(self, told: datetime | None, witness: str) -> datetime | Refusal | None:
         """The time of a line: the one it tells, or else the stream's.
 
-        Of a live stream it must be believed. In a file each line has its own: it may be of
-        several receivers, one after the other, or of reports that came late.
+        Of what is played it must be believed. In a recording each line has its own: it may be
+        of several receivers, one after the other, or of reports that came late.
         """
         if told is None:
             return self._clock.now() if self._timed else self._satellites.now()
         self._timed_at = self._lines
         believed = self._clock.tell(told, witness)
-        return believed or (Refusal.TIME_JUMP if self._clock.live else told)
+        return believed or (told if self._as_told else Refusal.TIME_JUMP)
