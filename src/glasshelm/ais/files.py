@@ -261,11 +261,7 @@ def read_document(path: str | Path) -> bytes:
                 most = LONGEST_DOCUMENT // 1_000_000
                 raise InputError(f"{path}: longer than {most} MB: not one document")
         document = b"".join([*parts, decoder(b"")])
-    try:
-        document.decode("utf-8")
-    except UnicodeDecodeError:
-        return document.decode("latin-1").encode()
-    return document
+    return as_utf8(document)
 
 
 def first_text(path: str | Path) -> bytes:
@@ -341,13 +337,14 @@ def _utf8(block: bytes) -> bytes:
     try:
         block.decode("utf-8")
     except UnicodeDecodeError:
-        return b"\n".join(map(_line_utf8, block.split(b"\n")))
+        return b"\n".join(map(as_utf8, block.split(b"\n")))
     return block
 
 
-def _line_utf8(line: bytes) -> bytes:
+def as_utf8(data: bytes) -> bytes:
+    """Bytes that are UTF-8, or else are read as Latin-1."""
     try:
-        line.decode("utf-8")
+        data.decode("utf-8")
     except UnicodeDecodeError:
-        return line.decode("latin-1").encode("utf-8")
-    return line
+        return data.decode("latin-1").encode("utf-8")
+    return data

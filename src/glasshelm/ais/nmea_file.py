@@ -63,7 +63,8 @@ def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterat
     rows: list[tuple[float, ...]] = []
     for report in reader.read(lines):
         number = int(report.id) if is_number(report.id) else OWN_SENSORS
-        ships[number] = _known(ships.get(number, Particulars()), report)
+        said = Particulars(report.name, report.length_m, report.beam_m, report.kind)
+        ships[number] = ships.get(number, Particulars()).then(said)
         if report.latitude_deg is not None and report.longitude_deg is not None:
             rows.append(_row(number, report))
         if len(rows) == BATCH:
@@ -88,16 +89,6 @@ def _row(number: int, r: Report) -> tuple[float, ...]:
 def _table(rows: list[tuple[float, ...]]) -> Reports:
     columns = np.array(rows, dtype=np.float64).T
     return Reports(columns[0], columns[1].astype(np.int64), *columns[2:])
-
-
-def _known(known: Particulars, r: Report) -> Particulars:
-    """What is known of a ship after a report; later ones overrule."""
-    return Particulars(
-        r.name or known.name,
-        r.length_m or known.length_m,
-        r.beam_m or known.beam_m,
-        r.kind or known.kind,
-    )
 
 
 def _notes(counts: Counts) -> tuple[str, ...]:

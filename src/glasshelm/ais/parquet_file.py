@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from glasshelm.ais.columns import NOTHING, missing, pc, places, recording_of
+from glasshelm.ais.files import as_utf8
 from glasshelm.ais.limits import EARLIEST_S, LATEST_S
 from glasshelm.ais.table import Recording, Reports
 from glasshelm.ais.tally import Tally
@@ -66,7 +67,7 @@ def _plain(values: pa.Array) -> pa.Array:
         values = values.dictionary_decode()
     if pa.types.is_binary(values.type) or pa.types.is_large_binary(values.type):
         values = pa.array(
-            [None if x is None else _text(x) for x in values.to_pylist()], pa.string()
+            [None if x is None else as_utf8(x).decode() for x in values.to_pylist()], pa.string()
         )
     if pa.types.is_string_view(values.type):
         values = values.cast(pa.string())
@@ -74,13 +75,6 @@ def _plain(values: pa.Array) -> pa.Array:
         nothing = pc.is_in(values, value_set=pa.array(NOTHING, values.type))
         values = pc.if_else(nothing, pa.scalar(None, values.type), values)
     return values
-
-
-def _text(data: bytes) -> str:
-    try:
-        return data.decode("utf-8")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
 
 
 def _overlaps(file: pq.ParquetFile, group: int, column: str, begin_s: float, end_s: float) -> bool:
