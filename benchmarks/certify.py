@@ -21,17 +21,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.certify.attack import attacked_rudders, random_rudders
-from glasshelm.certify.band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
-from glasshelm.certify.declared import Errors
-from glasshelm.certify.scene import Scene, SensorErrors, no_scene, recall
+from glasshelm.certify.adversarial import attacked_rudders, random_rudders
+from glasshelm.certify.measurements import Scene, SensorErrors, no_scene, recall
+from glasshelm.certify.rudder_band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
+from glasshelm.certify.sensor_error_bounds import Errors
 from glasshelm.encounters.types import Encounter
-from glasshelm.learning.evaluate import evaluation_set
+from glasshelm.env.step import WorldSettings, begin, step, targets_at, waypoint_of
 from glasshelm.networks.actors import Actor
-from glasshelm.pilots.catalogue import load
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ships import KNOT_M_S, ShipParams
-from glasshelm.world.step import WorldSettings, begin, step, targets_at, waypoint_of
+from glasshelm.pilots.registry import load
+from glasshelm.ship.nomoto import KNOT_M_S, ShipParams
+from glasshelm.training.validation import evaluation_set
 
 #: Largest errors: positions [m], heading and courses [deg], speeds [kn].
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))

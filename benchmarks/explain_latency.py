@@ -22,15 +22,15 @@ os.environ["JAX_PLATFORMS"] = "cpu"
 import jax
 import numpy as np
 
-from glasshelm.encounters.random import RandomEncounters, random_encounter
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import begin
+from glasshelm.env.training_envelope import Trained
 from glasshelm.explain.shapley import Game, ship_shares
 from glasshelm.networks.actors import ActorSizes, AttentionActor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
-from glasshelm.pilots.catalogue import load
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained
-from glasshelm.world.step import begin
+from glasshelm.pilots.registry import load
 
 HEAD = (
     "| pilot | what | ships | p50 [ms] | p95 [ms] | p99 [ms] | calls |\n"

@@ -19,9 +19,9 @@ from datetime import UTC, datetime, timedelta
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Report
-from glasshelm.ships import SHIPS
+from glasshelm.ais.reports import Report
+from glasshelm.live.traffic_picture import Picture
+from glasshelm.ship.nomoto import SHIPS
 
 NEAR = 50
 BEGIN = datetime(2026, 6, 1, tzinfo=UTC)

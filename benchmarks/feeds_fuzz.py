@@ -27,13 +27,13 @@ from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
 from glasshelm.ais.csv_file import read_csv
+from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.nmea_sentence import LONGEST_LINE, checksum_of
+from glasshelm.ais.reports import Counts
+from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
 from glasshelm.ais.table import OWN_SENSORS, Reports
-from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.feeds.framing import LONGEST_LINE, checksum_of
-from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Counts
-from glasshelm.ships import KNOT_M_S, SHIPS
+from glasshelm.live.traffic_picture import Picture
+from glasshelm.ship.nomoto import KNOT_M_S, SHIPS
 
 #: A scenario is made after so many sentences or messages.
 LOOK_EVERY = 2000

@@ -19,17 +19,17 @@ import numpy as np
 from rich.progress import track
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
-from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.evaluation.cells import percent
+from glasshelm.encounters.random_encounters import PAPER, random_encounter
+from glasshelm.evaluation.markdown import percent
 from glasshelm.evaluation.statistics import clopper_pearson
-from glasshelm.learning.evaluate import sail_remembering
-from glasshelm.learning.reversals import WEAVING
-from glasshelm.pilots.catalogue import names, pilot_named
-from glasshelm.pilots.course import CoursePilot
+from glasshelm.pilots.batched import Together
+from glasshelm.pilots.course_pilot import CoursePilot
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
-from glasshelm.ships import SHIPS, ShipParams
+from glasshelm.ship.nomoto import SHIPS, ShipParams
+from glasshelm.training.course_reversals import WEAVING
+from glasshelm.training.validation import sail_remembering
 
 SEED = 7_000_000  # never a training's or an evaluation set's
 CHUNK = 500

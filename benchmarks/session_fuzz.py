@@ -34,13 +34,13 @@ from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
 from glasshelm.ais.table import OWN_SENSORS, Reports
-from glasshelm.bridge.live import Live
-from glasshelm.bridge.messages import Limits
-from glasshelm.bridge.stage import Stage
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.source import feed_from
+from glasshelm.bridge.server.presenter import Stage
+from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.sessions.live_session import Live
+from glasshelm.feeds.feed_factory import feed_from
+from glasshelm.live.traffic_picture import Picture
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.ships import NAUTICAL_MILE_M
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: Seconds between two looks at the session.
 LOOK_S = 0.02

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import jax
 
-from glasshelm.encounters.random import RandomEncounters, random_encounter
-from glasshelm.learning.checkpoint import save_tree
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import begin, step
+from glasshelm.env.training_envelope import Trained
 from glasshelm.networks.actors import ActorSizes, make_actor
+from glasshelm.networks.checkpoint import save_tree
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ships import SHIPS
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained
-from glasshelm.world.step import begin, step
+from glasshelm.ship.nomoto import SHIPS
 
 ACTOR = ActorSizes(encoder=(16, 16), head=(16,), attention=(8,))
 CRITIC = CriticSizes(hidden=(16, 16))

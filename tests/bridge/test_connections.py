@@ -16,15 +16,15 @@ from tests.bridge.process import PATIENCE_S, start, viewing
 from tests.bridge.serving import PING, TEXT, closed_within, connected, served, upgraded, ws_frame
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from glasshelm.bridge import connections, quiet
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.connections import Connections, Room
-from glasshelm.bridge.guard import Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.server import connections, quiet_logging
+from glasshelm.bridge.server.access_control import Guard
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.connections import Connections, Room
+from glasshelm.bridge.server.session_hub import Conductor
+from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.replay_session import Again
+from glasshelm.bridge.sessions.session_log import Record
+from glasshelm.bridge.sessions.source_list import Catalogue
 
 #: No client may hold the others up for longer [s]; without bounds it was seconds.
 HELD_UP_S = 1.0
@@ -299,8 +299,8 @@ def test_a_server_of_few_files_is_not_locked_by_hundreds_of_idle_connections(tmp
 
 def test_lines_beyond_so_many_a_minute_are_left_out_and_counted(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(quiet.time, "monotonic", lambda: now[0])
-    few = quiet.FewLines(3)
+    monkeypatch.setattr(quiet_logging.time, "monotonic", lambda: now[0])
+    few = quiet_logging.FewLines(3)
 
     def said() -> list[str]:
         lines = []

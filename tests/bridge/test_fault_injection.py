@@ -9,28 +9,29 @@ import shutil
 from collections.abc import Callable
 
 import pytest
-from tests.bridge.test_live import Clock, Made, report
+from tests.bridge.test_live_session import Clock, Made, report
 from tests.broken_disk import BrokenDisk
 
-from glasshelm import logbook
-from glasshelm.bridge import faults as faults_module
-from glasshelm.bridge import live_record, lookout
-from glasshelm.bridge.alarms import AlarmList
-from glasshelm.bridge.bands import Bands
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.faults import Faults, one_line, supervised
-from glasshelm.bridge.live import Live
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.messages import Limits
-from glasshelm.bridge.outbox import Outbox
-from glasshelm.bridge.rules import Rules
-from glasshelm.bridge.stage import Stage
-from glasshelm.errors import InputError
-from glasshelm.feeds.again import Backoff
-from glasshelm.feeds.write_back import WriteBack
+from glasshelm.bridge.annotate import frame_annotator
+from glasshelm.bridge.annotate.alarms import AlarmList
+from glasshelm.bridge.annotate.band_worker import Bands
+from glasshelm.bridge.server import fault_log as faults_module
+from glasshelm.bridge.server.fault_log import Faults, one_line, supervised
+from glasshelm.bridge.server.presenter import Stage
+from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.server.session_hub import Conductor
+from glasshelm.bridge.server.viewer_queue import Outbox
+from glasshelm.bridge.sessions import live_record
+from glasshelm.bridge.sessions.live_session import Live
+from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.colregs.encounter_tracker import Rules
+from glasshelm.core.errors import InputError
+from glasshelm.feeds.backoff import Backoff
+from glasshelm.frames import frame_log
+from glasshelm.live.signalk_writer import WriteBack
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.watch import Watch
+from glasshelm.simulation.live_advisor import Watch
 
 CODES = [errno.ENOSPC, errno.EIO, errno.EACCES]
 
@@ -98,7 +99,7 @@ class Watched:
         """The frames of all logs, which can be read."""
         frames = []
         for path in sorted(folder.glob("*.jsonl")):
-            frames += [frame.time_s for frame in logbook.read(path)]
+            frames += [frame.time_s for frame in frame_log.read(path)]
         return frames
 
     def close(self) -> None:
@@ -240,7 +241,7 @@ def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, mo
     shown, times = asyncio.run(voyage())
     assert shown >= 5  # it takes some reports to believe another time
     assert times == [5.0 * k for k in range(len(times))]
-    logs = [[frame.time_s for frame in logbook.read(path)] for path in tmp_path.glob("*.jsonl")]
+    logs = [[frame.time_s for frame in frame_log.read(path)] for path in tmp_path.glob("*.jsonl")]
     assert times in logs
 
 
@@ -274,7 +275,7 @@ PARTS = {
     "the pilot": (Watch, "look"),
     "the predicted track": (Watch, "predicted"),
     "the rules": (Rules, "see"),
-    "the sentence": (lookout.Lookout, "_sentence"),
+    "the sentence": (frame_annotator.Lookout, "_sentence"),
     "the alarms": (AlarmList, "see"),
     "the bands": (Bands, "want"),
     "the session's message": (Stage, "session_now"),

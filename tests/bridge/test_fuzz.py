@@ -15,14 +15,14 @@ from tests.bridge.frames import frame
 from tests.bridge.process import PATIENCE_S, viewing
 from tests.bridge.serving import closed_within, connected, served, upgraded, ws_frame
 
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.connections import Room
-from glasshelm.bridge.guard import COOKIE, Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.server.access_control import COOKIE, Guard
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.connections import Room
+from glasshelm.bridge.server.session_hub import Conductor
+from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.replay_session import Again
+from glasshelm.bridge.sessions.session_log import Record
+from glasshelm.bridge.sessions.source_list import Catalogue
 
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 

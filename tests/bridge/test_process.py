@@ -13,16 +13,16 @@ import uvicorn
 from tests.bridge.frames import Other, frame
 from tests.bridge.process import PATIENCE_S, free_port, start, viewing
 
-from glasshelm.bridge import connections
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.connections import Config
-from glasshelm.bridge.guard import Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.outbox import MOST_FRAMES, MOST_OTHERS
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.server import connections
+from glasshelm.bridge.server.access_control import Guard
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.connections import Config
+from glasshelm.bridge.server.session_hub import Conductor
+from glasshelm.bridge.server.viewer_queue import MOST_FRAMES, MOST_OTHERS
+from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.replay_session import Again
+from glasshelm.bridge.sessions.session_log import Record
+from glasshelm.bridge.sessions.source_list import Catalogue
 
 #: Never ends by itself. A pilot is tried where the server begins, and got ready in a thread.
 COMPILING = """

@@ -9,18 +9,18 @@ import urllib.request
 import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
-from tests.bridge.test_preparing import Viewer, playing
+from tests.bridge.test_background_jobs import Viewer, playing
 from tests.bridge.test_server import Page
 
-from glasshelm.bridge import messages as m
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import FOR_OWNERS, MOST_QUESTIONS, Conductor
-from glasshelm.bridge.guard import COOKIE, Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.opening import prepared
-from glasshelm.bridge.outbox import Outbox
-from glasshelm.errors import InputError
+from glasshelm.bridge.server import protocol as m
+from glasshelm.bridge.server.access_control import COOKIE, Guard
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.session_hub import FOR_OWNERS, MOST_QUESTIONS, Conductor
+from glasshelm.bridge.server.viewer_queue import Outbox
+from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.core.errors import InputError
 
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 HERE = "http://ship.example:8470"

@@ -7,17 +7,17 @@ import socket
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
-from glasshelm import logbook
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.guard import Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.messages import LARGEST
-from glasshelm.bridge.opening import prepared
-from glasshelm.bridge.record import Record
-from glasshelm.bridge.serve import bind, serve
-from glasshelm.errors import InputError
+from glasshelm.bridge.server.access_control import Guard
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.protocol import LARGEST
+from glasshelm.bridge.server.server import bind, serve
+from glasshelm.bridge.server.session_hub import Conductor
+from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.session_log import Record
+from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.core.errors import InputError
+from glasshelm.frames import frame_log
 
 URL = "ws://127.0.0.1/ws"
 
@@ -109,7 +109,7 @@ def test_a_voyage_is_played_paused_sought_and_logged(tmp_path):
         log = tmp_path / viewer.session["log"]
         whole = [json.loads(line) for line in log.read_text().splitlines()]
         assert whole[:5] == viewer.frames
-        assert len(list(logbook.read(log))) == 301
+        assert len(list(frame_log.read(log))) == 301
 
 
 def test_a_late_joiner_gets_what_the_others_have_and_all_see_the_same(tmp_path):

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.certify.scene import Scene, SensorErrors
+from glasshelm.certify.measurements import Scene, SensorErrors
 
 SCENES, SLOTS = 8, 3
 #: Largest errors [m, °, m/s].

@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.untrained import observation, untrained
 
-from glasshelm.explain.explain import cut, explain
-from glasshelm.explain.far import RANGE_M, far_ship, far_value
+from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
+from glasshelm.env.padding import padded, slots_for
+from glasshelm.explain.danger_zero import RANGE_M, far_ship, far_value
 from glasshelm.explain.shapley import SMALL, exact_shares, ship_shares, worth_of
-from glasshelm.explain.slots import padded, slots_for
+from glasshelm.explain.step_explanation import cut, explain
 from glasshelm.pilots.learned import decide
-from glasshelm.world.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 
 PILOTS = {kind: untrained(kind) for kind in ("sum", "attention")}
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from tests.untrained import observation, untrained
 
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 from glasshelm.explain.coalitions import coalitions, shares
 from glasshelm.explain.shapley import exact_shares, sampled_shares, ship_shares, worth_of
 from glasshelm.explain.values import values_at

@@ -4,8 +4,8 @@ import asyncio
 import contextlib
 import time
 
-from glasshelm.feeds.picture import Picture
-from glasshelm.ships import SHIPS
+from glasshelm.live.traffic_picture import Picture
+from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]
 

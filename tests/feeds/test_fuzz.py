@@ -17,11 +17,11 @@ from benchmarks.feeds_fuzz import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glasshelm.feeds.deltas import DeltaReader
-from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Counts, Refusal, Report
-from glasshelm.ships import SHIPS
+from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.reports import Counts, Refusal, Report
+from glasshelm.ais.signalk_deltas import DeltaReader
+from glasshelm.live.traffic_picture import Picture
+from glasshelm.ship.nomoto import SHIPS
 
 COUNT = 3000
 

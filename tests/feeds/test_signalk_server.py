@@ -14,8 +14,8 @@ from tests.feeds.live import SHIP, pictured, running, shown, until
 from tests.feeds.signalk_server import SignalKServer, why_not
 from tests.missing import missing
 
-from glasshelm.feeds.source import feed_from, signalk_server
-from glasshelm.feeds.write_back import WriteBack
+from glasshelm.feeds.feed_factory import feed_from, signalk_server
+from glasshelm.live.signalk_writer import WriteBack
 
 #: AIS number under which the sample's own ship hears herself.
 ECHO = "230035780"

@@ -14,10 +14,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.geometry import Vector
-from glasshelm.ships import KNOT_M_S, NAUTICAL_MILE_M, SHIPS, ShipParams, ShipState
-from glasshelm.world.step import Outcome, WorldSettings, begin, step
+from glasshelm.env.step import Outcome, WorldSettings, begin, step
+from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, SHIPS, ShipParams, ShipState
 
 HERE = Path(__file__).parent
 SETTINGS = WorldSettings()

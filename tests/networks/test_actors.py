@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from tests.networks.scenes import KEY, SIZES, observations, of_counts
 
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
+from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import ActorSizes, AttentionActor, SumActor, make_actor
 from glasshelm.networks.mlp import softsign
-from glasshelm.world.observe import Observation
 
 KINDS = ("sum", "attention")
 

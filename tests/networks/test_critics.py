@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from tests.networks.scenes import COUNTS, CRITIC, KEY, actions, observations, of_counts
 
+from glasshelm.env.observe import Observation
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
-from glasshelm.world.observe import Observation
 
 LENSES = ("flat", "fine")
 

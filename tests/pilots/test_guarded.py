@@ -9,17 +9,17 @@ from tests.pilots.scenes import colliding, meeting
 from tests.untrained import untrained, write_weights
 
 import glasshelm
-from glasshelm.encounters.source import scenario_from
-from glasshelm.errors import InputError
-from glasshelm.pilots.catalogue import bundled, load, names, pilot_named
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.scenario_factory import scenario_from
+from glasshelm.env.step import begin, step
+from glasshelm.pilots.batched import Together
 from glasshelm.pilots.guarded import GuardedPilot, learned_in
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import bundled, load, names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
-from glasshelm.report.story import story
-from glasshelm.ships import SHIPS
-from glasshelm.voyage import sail
-from glasshelm.world.step import begin, step
+from glasshelm.report.narrative import story
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.voyage import sail
 
 SHIP = SHIPS["paper"]
 

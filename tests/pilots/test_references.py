@@ -15,24 +15,24 @@ import numpy as np
 import pytest
 from tests.pilots.scenes import AGILE, colliding, seen
 
+from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.core.geometry import Cpa, Vector, direction, norm, velocity
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import Encounter
-from glasshelm.geometry import Cpa, Vector, direction, norm, velocity
-from glasshelm.pilots.cpa import CpaSettings, cpa_course
-from glasshelm.pilots.fuzzy import FuzzySettings, fuzzy_risk
-from glasshelm.pilots.potential import PotentialSettings, potential_course
-from glasshelm.pilots.scenarios import ScenarioSettings, scenario_course
-from glasshelm.pilots.velocity import (
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import begin
+from glasshelm.pilots.cpa_rule import CpaSettings, cpa_course
+from glasshelm.pilots.fuzzy_risk import FuzzySettings, fuzzy_risk
+from glasshelm.pilots.potential_field import PotentialSettings, potential_course
+from glasshelm.pilots.scenario_mpc import ScenarioSettings, scenario_course
+from glasshelm.pilots.velocity_obstacles import (
     VelocitySettings,
     passes_to_starboard,
     velocity_course,
 )
-from glasshelm.planning.course import situation_of
-from glasshelm.planning.helm import helm_of
-from glasshelm.planning.meeting import Meeting, meetings
-from glasshelm.ships import KNOT_M_S, SHIPS
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import begin
+from glasshelm.planning.course_planner import situation_of
+from glasshelm.ship.autopilot import helm_of
+from glasshelm.ship.nomoto import KNOT_M_S, SHIPS
 
 FOUND = json.loads((Path(__file__).parent / "references.json").read_text(encoding="utf-8"))
 SHIP = dataclasses.replace(AGILE, speed_m_s=10 * KNOT_M_S)

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from tests.untrained import untrained
 
-from glasshelm.encounters.random import random_scenario
-from glasshelm.encounters.source import scenario_from
-from glasshelm.errors import InputError
-from glasshelm.frames import Frame
-from glasshelm.framing import DECIMALS
-from glasshelm.pilots.catalogue import UNTRAINED, pilot_named
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.random_encounters import random_scenario
+from glasshelm.encounters.scenario_factory import scenario_from
+from glasshelm.frames.schema import Frame
+from glasshelm.pilots.registry import UNTRAINED, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.ships import SHIPS
-from glasshelm.voyage import Voyage, sail
-from glasshelm.whatif.account import account, differences
-from glasshelm.whatif.answer import what_if
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.frame_builder import DECIMALS
+from glasshelm.simulation.voyage import Voyage, sail
+from glasshelm.whatif.ask import what_if
 from glasshelm.whatif.branch import branch_at
 from glasshelm.whatif.changes import Blind, Deleted, KeptCourse, Rudder
-from glasshelm.whatif.future import Future, future
+from glasshelm.whatif.counterfactual_rollout import Future, future
+from glasshelm.whatif.outcome import account, differences
 
 SHIP = SHIPS["paper"]
 STEPS = 60

@@ -1,4 +1,4 @@
-"""AIS reports of a file of NMEA 0183, decoded as live traffic is (:mod:`glasshelm.feeds.nmea`).
+"""AIS reports of a file of NMEA 0183, decoded as live traffic is (:mod:`glasshelm.ais.nmea`).
 
 A report's time is that of its line: of the tag block, of what a receiver or a logger wrote
 beside the sentence, or of the latest RMC. Own ship's sensors are kept under ``OWN_SENSORS``, her
@@ -13,11 +13,11 @@ import numpy as np
 
 from glasshelm.ais.files import TextFile
 from glasshelm.ais.mmsi import is_number
+from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.reports import Counts, Refusal, Report
 from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
-from glasshelm.errors import InputError
-from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.types import Counts, Refusal, Report
-from glasshelm.ships import KNOT_M_S
+from glasshelm.core.errors import InputError
+from glasshelm.ship.nomoto import KNOT_M_S
 
 #: Reports of one batch.
 BATCH = 65_536

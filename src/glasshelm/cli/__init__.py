@@ -33,8 +33,8 @@ def main(argv: list[str] | None = None) -> int:
     if args[0] == "--version":
         print(f"glasshelm {__version__}")
         return 0
-    from glasshelm import terminal
-    from glasshelm.errors import InputError
+    from glasshelm.core import terminal
+    from glasshelm.core.errors import InputError
 
     if argv is None:
         terminal.as_program()

@@ -63,22 +63,22 @@ def run(
             without, and needed for writing back. It is sent to that server alone.
         open_: Open the page in the browser.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import keep_compiled
 
     keep_compiled()
-    from glasshelm.bridge.app import application
-    from glasshelm.bridge.catalogue import Catalogue, is_feed
-    from glasshelm.bridge.conductor import Conductor
-    from glasshelm.bridge.guard import Guard
-    from glasshelm.bridge.logs import Shelf, default_logs
-    from glasshelm.bridge.opening import check_log, prepared, replayed
-    from glasshelm.bridge.serve import address, bind, room_here, serve
-    from glasshelm.certify.declared import declared
-    from glasshelm.errors import InputError
-    from glasshelm.feeds.source import is_signalk, signalk_server
-    from glasshelm.feeds.write_back import WriteBack
-    from glasshelm.folders import writable
-    from glasshelm.terminal import Terminal
+    from glasshelm.bridge.server.access_control import Guard
+    from glasshelm.bridge.server.app import application
+    from glasshelm.bridge.server.server import address, bind, room_here, serve
+    from glasshelm.bridge.server.session_hub import Conductor
+    from glasshelm.bridge.sessions.log_index import Shelf, default_logs
+    from glasshelm.bridge.sessions.session_factory import check_log, prepared, replayed
+    from glasshelm.bridge.sessions.source_list import Catalogue, is_feed
+    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import writable
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.feeds.feed_factory import is_signalk, signalk_server
+    from glasshelm.live.signalk_writer import WriteBack
 
     console = Terminal()
     guard = Guard(host, token, viewer_token)

@@ -39,20 +39,20 @@ def run(
         parquet: Write encounters.parquet and meetings.parquet.
         figures: Draw the figures.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import keep_compiled
 
     keep_compiled()
     import shlex
     import sys
 
-    from glasshelm.evaluation.entrants import check_references, entrants
-    from glasshelm.evaluation.exam import examine
-    from glasshelm.evaluation.export import write_parquet
-    from glasshelm.evaluation.progress import Display
-    from glasshelm.evaluation.tables import report
-    from glasshelm.evaluation.workers import workers_named
-    from glasshelm.folders import claimed, whole
-    from glasshelm.terminal import Terminal, tell
+    from glasshelm.core.output_dir import claimed, whole
+    from glasshelm.core.terminal import Terminal, tell
+    from glasshelm.evaluation.contenders import check_references, entrants
+    from glasshelm.evaluation.evaluation_progress import Display
+    from glasshelm.evaluation.examination import examine
+    from glasshelm.evaluation.parquet_export import write_parquet
+    from glasshelm.evaluation.ray_workers import workers_named
+    from glasshelm.evaluation.result_report import report
 
     console = Terminal()
     command = shlex.join(["glasshelm", *sys.argv[1:]])
@@ -75,7 +75,7 @@ def run(
         if parquet:
             write_parquet(found.sailed, out)
         if figures:
-            from glasshelm.evaluation.plots import draw_all
+            from glasshelm.evaluation.result_plots import draw_all
 
             for path in draw_all(found, out / "figures"):
                 console.say(f"figure: {path}")

@@ -27,20 +27,20 @@ def run(
         scenes: Scenes at most of each number of ships.
         ships: Numbers of ships in the scenes (2 to 6).
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import keep_compiled
 
     keep_compiled()
     import shlex
     import sys
 
-    from glasshelm.errors import InputError
-    from glasshelm.evaluation.entrants import entrants
-    from glasshelm.evaluation.exam import machine
-    from glasshelm.faithfulness.candidates import candidates
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import claimed
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.evaluation.contenders import entrants
+    from glasshelm.evaluation.examination import machine
+    from glasshelm.faithfulness.eligibility import candidates
+    from glasshelm.faithfulness.exam_session import examine_all
     from glasshelm.faithfulness.scenes import COUNTS
-    from glasshelm.faithfulness.session import examine_all
-    from glasshelm.folders import claimed
-    from glasshelm.terminal import Terminal
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:

@@ -42,16 +42,16 @@ def run(
         steps: Steps of 5 s (default: as long as the source lasts).
         open_: Open the report in the browser.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import keep_compiled
 
     keep_compiled()
-    from glasshelm.certify.declared import declared
-    from glasshelm.certify.logged import with_bands
-    from glasshelm.errors import InputError
-    from glasshelm.folders import writable
-    from glasshelm.logbook import read
-    from glasshelm.terminal import Terminal, progress, tell
-    from glasshelm.whatif.source import pilot_of
+    from glasshelm.certify.logged_measurements import with_bands
+    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import writable
+    from glasshelm.core.terminal import Terminal, progress, tell
+    from glasshelm.frames.frame_log import read
+    from glasshelm.whatif.logged_world import pilot_of
 
     console = Terminal()
     writable(out)
@@ -66,10 +66,10 @@ def run(
         if not frames:
             raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
-        from glasshelm.encounters.source import cut, scenario_from
-        from glasshelm.logbook import Logbook
-        from glasshelm.manning import manned
-        from glasshelm.voyage import sail, steps_of
+        from glasshelm.encounters.scenario_factory import cut, scenario_from
+        from glasshelm.frames.frame_log import Logbook
+        from glasshelm.pilots.pilot_resolution import manned
+        from glasshelm.simulation.voyage import sail, steps_of
 
         helm, params = manned(pilot, ship)
         scenario = scenario_from(source, params, own, at, cut(minutes))
@@ -94,9 +94,9 @@ def run(
                 console.say(f"interrupted: {log.frames} frames are in {log.path}")
                 raise
 
-    from glasshelm.report.facts import verdict
-    from glasshelm.report.story import story
-    from glasshelm.report.write import write_report
+    from glasshelm.report.narrative import story
+    from glasshelm.report.passages import verdict
+    from glasshelm.report.write_report import write_report
 
     with progress(console) as bar:
         task = bar.add_task("drawing", total=1.0)

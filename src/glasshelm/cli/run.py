@@ -40,20 +40,20 @@ def run(
         parquet: Also write the frames as a Parquet table.
         steps: Steps of 5 s (default: as long as the source lasts).
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import keep_compiled
 
     keep_compiled()
     from rich.progress import track
 
-    from glasshelm.certify.declared import declared
-    from glasshelm.certify.logged import with_bands
-    from glasshelm.encounters.source import cut, scenario_from
-    from glasshelm.logbook import Logbook, read
-    from glasshelm.manning import manned
-    from glasshelm.parquet import to_parquet
-    from glasshelm.summary import Summary
-    from glasshelm.terminal import Terminal, tell
-    from glasshelm.voyage import sail, steps_of
+    from glasshelm.certify.logged_measurements import with_bands
+    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.core.terminal import Terminal, tell
+    from glasshelm.encounters.scenario_factory import cut, scenario_from
+    from glasshelm.frames.frame_log import Logbook, read
+    from glasshelm.frames.frame_parquet import to_parquet
+    from glasshelm.frames.summary import Summary
+    from glasshelm.pilots.pilot_resolution import manned
+    from glasshelm.simulation.voyage import sail, steps_of
 
     console = Terminal()
     helm, params = manned(pilot, ship)

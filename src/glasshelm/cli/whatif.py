@@ -38,18 +38,18 @@ def run(
         pilot: Who sails on, in the log's own ship (default: the log's pilot, if it is bundled).
         out: Folder for both logs and a figure.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import keep_compiled
 
     keep_compiled()
-    from glasshelm.errors import InputError
-    from glasshelm.folders import writable
-    from glasshelm.logbook import read, write
-    from glasshelm.pilots.catalogue import pilot_named
-    from glasshelm.terminal import Terminal
-    from glasshelm.whatif.answer import what_if
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import writable
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.frames.frame_log import read, write
+    from glasshelm.pilots.registry import pilot_named
+    from glasshelm.whatif.ask import what_if
     from glasshelm.whatif.changes import Blind, Deleted, KeptCourse, Rudder
-    from glasshelm.whatif.source import frame_at, pilot_of
-    from glasshelm.whatif.table import table
+    from glasshelm.whatif.futures_table import table
+    from glasshelm.whatif.logged_world import frame_at, pilot_of
 
     frames = list(read(log))
     if not frames:
@@ -70,9 +70,9 @@ def run(
     console.say(answer.sentence)
     if out is None:
         return
+    from glasshelm.core.output_dir import whole
     from glasshelm.figures.style import as_svg, save
-    from glasshelm.folders import whole
-    from glasshelm.whatif.plot import overlay
+    from glasshelm.whatif.futures_plot import overlay
 
     fact, other = answer.fact.frames(), answer.other.frames()
     write(out / "fact.jsonl", fact)

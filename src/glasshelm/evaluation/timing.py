@@ -8,11 +8,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.encounters.random import RandomEncounters
-from glasshelm.evaluation.suites.random import draw
-from glasshelm.pilots.types import Pilot
-from glasshelm.ships import ShipParams
-from glasshelm.world.step import begin
+from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.env.step import begin
+from glasshelm.evaluation.suites.random_suite import draw
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.ship.nomoto import ShipParams
 
 CALLS = 300
 _SIX = RandomEncounters(targets=(6, 6))

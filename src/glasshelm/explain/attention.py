@@ -2,8 +2,8 @@
 
 from jaxtyping import Array, Float
 
+from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import Actor, AttentionActor
-from glasshelm.world.observe import Observation
 
 
 def attention_of(actor: Actor, seen: Observation) -> Float[Array, " n"] | None:

@@ -21,11 +21,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
+from glasshelm.env.observe import Observation
 from glasshelm.explain.coalitions import MOST, Shares, coalitions, shares
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.world.observe import Observation
 
 Game = Literal["rudder", "decision", "contrast"]
 #: The worth of one coalition: which ships are in it -> v(S).

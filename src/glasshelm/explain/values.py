@@ -3,8 +3,8 @@
 import jax
 from jaxtyping import Array, Float
 
+from glasshelm.env.observe import Observation
 from glasshelm.networks.critics import SubTaskCritic, Values
-from glasshelm.world.observe import Observation
 
 
 def values_at(critic: SubTaskCritic, seen: Observation, actions: Float[Array, " k"]) -> Values:

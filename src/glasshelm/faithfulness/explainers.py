@@ -8,12 +8,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.explain.explain import Explanation, explain
+from glasshelm.env.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
 from glasshelm.explain.shapley import exact_shares, worth_of
+from glasshelm.explain.step_explanation import Explanation, explain
 from glasshelm.networks.actors import Actor, AttentionActor
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.ships import NAUTICAL_MILE_M
-from glasshelm.world.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 Kind = Literal["paper", "ours", "null"]
 Part = TypeVar("Part")

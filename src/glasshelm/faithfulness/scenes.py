@@ -11,14 +11,14 @@ import numpy as np
 from jaxtyping import Array, Int
 
 from glasshelm.encounters.types import Encounter
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import WorldState, begin, step
 from glasshelm.explain.shapley import exact_shares, worth_of
-from glasshelm.faithfulness.chunks import in_chunks
-from glasshelm.learning.evaluate import evaluation_set
+from glasshelm.faithfulness.chunking import in_chunks
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import WorldState, begin, step
+from glasshelm.ship.nomoto import ShipParams
+from glasshelm.training.validation import evaluation_set
 
 #: A scene counts if some ship moves the rudder by so much (Shapley value of the rudder) [rad].
 MATTERS_RAD = float(np.radians(0.25))

@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterator
 
 from matplotlib.figure import Figure
 
-from glasshelm.figures.coloured import attention, danger, intention, moves
-from glasshelm.figures.histories import histories
+from glasshelm.figures.coloured_tracks import attention, danger, intention, moves
+from glasshelm.figures.intention_histories import histories
 from glasshelm.figures.motion import motion
 from glasshelm.figures.priorities import at_instants, over_time
-from glasshelm.figures.reasons import reasons
-from glasshelm.figures.series import Frames, Series, series
-from glasshelm.figures.sweep import sweep
+from glasshelm.figures.q_sweep import sweep
+from glasshelm.figures.shapley_over_time import reasons
 from glasshelm.figures.trajectories import absolute, relative
+from glasshelm.frames.series import Frames, Series, series
 
 _NO_SHIP = "there is no other ship"
 _NO_CRITIC = "this pilot has no critic, so its decisions carry no values or priorities"

@@ -21,9 +21,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from glasshelm.figures.series import Series, ships_of_note
-from glasshelm.folders import whole
-from glasshelm.ships import NAUTICAL_MILE_M
+from glasshelm.core.output_dir import whole
+from glasshelm.frames.series import Series, ships_of_note
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 INK = "#1b1f24"
 SOFT = "#6b7480"

@@ -11,11 +11,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.errors import InputError
-from glasshelm.networks.fleet import Fleet, Padded
-from glasshelm.networks.lens import Lens, input_size, through
+from glasshelm.core.errors import InputError
+from glasshelm.env.observe import Observation
+from glasshelm.networks.input_features import Lens, input_size, through
 from glasshelm.networks.mlp import Mlp, leaky_relu, softsign
-from glasshelm.world.observe import Observation
+from glasshelm.networks.ship_batch import Fleet, Padded
 
 
 @dataclasses.dataclass(frozen=True)

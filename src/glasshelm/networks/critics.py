@@ -7,10 +7,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.networks.fleet import Fleet, Padded
-from glasshelm.networks.lens import Lens, input_size, through
+from glasshelm.env.observe import Observation
+from glasshelm.networks.input_features import Lens, input_size, through
 from glasshelm.networks.mlp import Mlp, relu
-from glasshelm.world.observe import Observation
+from glasshelm.networks.ship_batch import Fleet, Padded
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Values(eqx.Module):
 
     @property
     def by_task(self) -> Float[Array, "*b 2"]:
-        """In the order of :class:`glasshelm.world.rewards.SubTask`."""
+        """In the order of :class:`glasshelm.env.rewards.SubTask`."""
         return jnp.stack([self.waypoint, self.collision], axis=-1)
 
     @property

@@ -1,7 +1,7 @@
 """The clairvoyant planner: told whole encounters, it says how they had best been sailed.
 
 It is warm-started from what pilots do in each encounter and searches from there
-(:mod:`glasshelm.planning.clairvoyant`): once from the best of them in every
+(:mod:`glasshelm.planning.cross_entropy_search`): once from the best of them in every
 encounter, and from each of them where somebody is still inside the domain.
 """
 
@@ -13,11 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from glasshelm.pilots.catalogue import METHODS
-from glasshelm.pilots.course import CoursePilot, Method
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
-from glasshelm.planning.clairvoyant import (
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import WorldSettings, begin, observe_step
+from glasshelm.pilots.batched import Together
+from glasshelm.pilots.course_pilot import CoursePilot, Method
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import METHODS
+from glasshelm.planning.cross_entropy_search import (
     Known,
     Sailed,
     SearchSettings,
@@ -25,9 +27,7 @@ from glasshelm.planning.clairvoyant import (
     best_of,
     improve_all,
 )
-from glasshelm.ships import SHIPS, ShipParams, advance, drifted
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import WorldSettings, begin, observe_step
+from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, drifted
 
 #: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
 _CHUNK, _STEPS = 64, 240

@@ -1,10 +1,10 @@
 """A learned pilot under guard: while his own way brings a ship into the domain, the planner steers.
 
 Run-time assurance after the Simplex architecture (Sha 2001). Every minute the pilot is sailed
-ahead in thought (:mod:`glasshelm.planning.foresight`). While that way keeps clear of everybody he
+ahead in thought (:mod:`glasshelm.planning.lookahead`). While that way keeps clear of everybody he
 steers; while it does not, own ship is steered on the course that the planner finds
-(:mod:`glasshelm.planning.course`). Guard and planner see what the pilot sees, and take every
-target to keep straight on.
+(:mod:`glasshelm.planning.course_planner`). Guard and planner see what the pilot sees, and take
+every target to keep straight on.
 """
 
 import dataclasses
@@ -14,13 +14,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from glasshelm.env.observe import Observation
+from glasshelm.env.training_envelope import Trained
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.types import Pilot
-from glasshelm.planning.course import CourseSettings, plan_course, rudder_to
-from glasshelm.planning.foresight import Foreseen, foresee
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_to
+from glasshelm.planning.lookahead import Foreseen, foresee
+from glasshelm.ship.nomoto import ShipParams
 
 #: What the name of a guarded pilot ends in.
 GUARDED = "-guarded"

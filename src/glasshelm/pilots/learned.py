@@ -6,15 +6,15 @@ import equinox as eqx
 import jax
 from jaxtyping import Array, Float
 
-from glasshelm.explain.explain import Explanation, cut, explain
-from glasshelm.explain.slots import padded, slots_for
-from glasshelm.learning.checkpoint import file_sha256
-from glasshelm.learning.rebuild import read_networks
+from glasshelm.env.observe import Observation
+from glasshelm.env.padding import padded, slots_for
+from glasshelm.env.training_envelope import Trained, check_numbers
+from glasshelm.explain.step_explanation import Explanation, cut, explain
 from glasshelm.networks.actors import Actor
+from glasshelm.networks.checkpoint import file_sha256
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.pilots.types import Memory
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained, check_numbers
+from glasshelm.pilots.load_networks import read_networks
+from glasshelm.pilots.protocols import Memory
 
 
 class Decided(eqx.Module):

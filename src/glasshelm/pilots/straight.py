@@ -4,8 +4,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.pilots.types import Memory
-from glasshelm.world.observe import Observation
+from glasshelm.env.observe import Observation
+from glasshelm.pilots.protocols import Memory
 
 
 class StraightPilot(eqx.Module):

@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.pilots.course import Method
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
+from glasshelm.env.observe import Observation
+from glasshelm.pilots.course_pilot import Method
+from glasshelm.ship.nomoto import ShipParams
 
 
 def waypoint_course(

@@ -5,7 +5,7 @@ remembered then (Eq. 12); what a pilot keeps in mind from one decision to the
 next, by letting it decide again on all frames of its watch. Targets go on as
 they were logged, and straight on where the log ends: **recorded ships do not
 react** to what own ship does in a branch. Numbers are those of the log, which
-rounds to a micrometre and a microradian (:data:`glasshelm.framing.DECIMALS`).
+rounds to a micrometre and a microradian (:data:`glasshelm.simulation.frame_builder.DECIMALS`).
 """
 
 import dataclasses
@@ -19,19 +19,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from glasshelm.core.errors import InputError
+from glasshelm.core.geometry import Vector
 from glasshelm.encounters.projection import Plane
 from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, Track
-from glasshelm.errors import InputError
-from glasshelm.frames import Frame, Own
-from glasshelm.geometry import Vector
-from glasshelm.logbook import begins
-from glasshelm.moment import Held
-from glasshelm.pilots.types import Memory, Pilot
-from glasshelm.ships import ShipParams, ShipState
-from glasshelm.voyage import padded_encounter
-from glasshelm.world.feed import CAPACITY, feed
-from glasshelm.world.observe import FRAMES, Observation, nothing_seen, remember, see
-from glasshelm.world.step import WorldSettings, WorldState, margins
+from glasshelm.env.observe import FRAMES, Observation, nothing_seen, remember, see
+from glasshelm.env.step import WorldSettings, WorldState, margins
+from glasshelm.env.target_selection import CAPACITY, feed
+from glasshelm.frames.frame_log import begins
+from glasshelm.frames.schema import Frame, Own
+from glasshelm.pilots.protocols import Memory, Pilot
+from glasshelm.ship.nomoto import ShipParams, ShipState
+from glasshelm.simulation.explained_step import Held
+from glasshelm.simulation.voyage import padded_encounter
 
 
 class Premise(eqx.Module):

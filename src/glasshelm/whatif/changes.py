@@ -7,12 +7,12 @@ from typing import Protocol, runtime_checkable
 import equinox as eqx
 import jax.numpy as jnp
 
+from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Track
-from glasshelm.errors import InputError
-from glasshelm.report.words import degrees, lasting, side
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import targets_at
+from glasshelm.frames.phrases import degrees, lasting, side
 from glasshelm.whatif.branch import Branch, Premise
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import targets_at
 
 #: An order that is never taken back, in steps.
 FOR_EVER = 2**30
