@@ -20,7 +20,7 @@ from rich.progress import Progress
 from glasshelm.evaluation.contenders import ship_of
 from glasshelm.evaluation.failure_analysis import Event, counted, explain_failures
 from glasshelm.evaluation.suites.random_suite import random_suite
-from glasshelm.pilots.clairvoyant import SEERS
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS
 
@@ -50,7 +50,7 @@ def main() -> None:
         failures = explain_failures(
             pilot,
             pilot_named(f"{prefix}-planner"),
-            SEERS[f"{prefix}-clairvoyant"],
+            ORACLE_PILOTS[f"{prefix}-clairvoyant"],
             random_suite(ship, given.encounters).cases,
             Event(given.event),
             given.searches,

@@ -22,7 +22,7 @@ from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.random_encounters import PAPER, random_encounter
 from glasshelm.evaluation.markdown import percent
 from glasshelm.evaluation.statistics import clopper_pearson
-from glasshelm.pilots.batched import Together
+from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import names, pilot_named
@@ -45,7 +45,7 @@ def sail_random(
 ) -> dict[str, np.ndarray]:
     """Margins and ranges [2, number] (short, long), mean rudder, returns, number of ships."""
     draw = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))
-    parts, helm = [], Together(pilot)
+    parts, helm = [], BatchedPilot(pilot)
     for chunk in track(range(0, number, CHUNK), description=name):
         keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(seed), i))(
             chunk + jnp.arange(CHUNK)
@@ -65,7 +65,7 @@ def sail_imazu(pilot: Pilot, ship: ShipParams) -> dict[str, tuple[float, float]]
     for case in imazu_cases():
         one = imazu_scenario(case, ship).encounter
         batch = jax.tree.map(lambda x: jnp.asarray(x)[None], one)
-        helm = Together(pilot)
+        helm = BatchedPilot(pilot)
         voyage = sail_remembering(helm, helm.start(1), batch, ship, 480, 720)
         found[case] = (float(voyage.margin[1, 0]), float(voyage.range_m[1, 0]))
     return found

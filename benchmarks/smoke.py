@@ -25,7 +25,7 @@ import numpy as np
 
 import glasshelm.env.gymnasium_env
 from glasshelm.encounters.random_encounters import PAPER, random_encounter
-from glasshelm.env.step import begin, step
+from glasshelm.env.step import reset, step
 from glasshelm.ship.nomoto import SHIPS
 
 WORLDS, STEPS, ROUNDS = 512, 60, 12
@@ -48,7 +48,7 @@ def world_round() -> Callable[[], object]:
             return out.state, out.reward.total.sum()
 
         # The last state is kept, or XLA leaves out what only observations need.
-        return jax.lax.scan(go, jax.vmap(lambda e: begin(e, ship))(batch), rudders)
+        return jax.lax.scan(go, jax.vmap(lambda e: reset(e, ship))(batch), rudders)
 
     return lambda: jax.block_until_ready(sail(batch))
 

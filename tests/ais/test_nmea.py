@@ -8,7 +8,7 @@ from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 from glasshelm.ais.multipart import MOST_WAITING
 from glasshelm.ais.nmea import NmeaReader
 from glasshelm.ais.nmea_sentence import LONGEST_LINE
-from glasshelm.ais.reports import Counts, Refusal
+from glasshelm.ais.reports import Counts, RejectReason
 from glasshelm.ship.nomoto import KNOT_M_S
 
 
@@ -49,7 +49,7 @@ def test_codes_for_not_available_are_absent():
     assert report.latitude_deg == 59.5
     assert (report.speed_m_s, report.course_rad, report.heading_rad) == (None, None, None)
     _, counts = read(*ais(POSITION | {"lat": 91.0, "lon": 181.0}))
-    assert refused(counts) == {Refusal.NOTHING_TOLD: 1}
+    assert refused(counts) == {RejectReason.NOTHING_TOLD: 1}
 
 
 @pytest.mark.parametrize("turn", [10.0, -20.0])
@@ -80,12 +80,12 @@ def test_parts_of_several_messages_in_turn():
 def test_missing_parts_are_counted():
     first, second = ais(STATIC)
     _, counts = read(second)
-    assert refused(counts) == {Refusal.PART_MISSING: 1}
+    assert refused(counts) == {RejectReason.PART_MISSING: 1}
     reports, counts = read(first, *ais(STATIC))
     assert len(reports) == 1
-    assert refused(counts) == {Refusal.PART_MISSING: 1}
+    assert refused(counts) == {RejectReason.PART_MISSING: 1}
     _, counts = read(first)
-    assert refused(counts) == {Refusal.PART_MISSING: 1}
+    assert refused(counts) == {RejectReason.PART_MISSING: 1}
 
 
 def test_what_waits_for_other_parts_is_bounded():
@@ -96,7 +96,7 @@ def test_what_waits_for_other_parts_is_bounded():
         first = f"AIVDM,2,1,{k},A,{'5' * 50},0"
         reader.line(tagged(sentence(first).replace(b"$", b"!")))
     assert counts.waiting == MOST_WAITING
-    assert counts.refused[Refusal.PART_MISSING] == 9 * MOST_WAITING
+    assert counts.refused[RejectReason.PART_MISSING] == 9 * MOST_WAITING
 
 
 def test_own_ship_by_vdo_and_by_number():
@@ -161,32 +161,32 @@ def test_own_sensors(body, said):
 def test_sensors_that_are_not_valid_tell_nothing(body):
     reports, counts = read(tagged(sentence(body)))
     assert reports == []
-    assert refused(counts) == {Refusal.NOTHING_TOLD: 1}
+    assert refused(counts) == {RejectReason.NOTHING_TOLD: 1}
 
 
 @pytest.mark.parametrize(
     ("line", "why"),
     [
-        (b"hello", Refusal.UNREADABLE),
-        (b"\\c:1408129200", Refusal.UNREADABLE),
-        (b"!AIVDM,1,1,,A", Refusal.UNREADABLE),
-        (b"$GPRMC,1,2,3", Refusal.UNREADABLE),
-        (b"$HEHDT,123.4,T*00", Refusal.CHECKSUM),
-        (b"\\c:1408129200*00\\$HEHDT,123.4,T*2D", Refusal.CHECKSUM),
-        (b"$HEHDT,123.4,T*ZZ", Refusal.CHECKSUM),
-        (b"$" + b"A" * LONGEST_LINE, Refusal.TOO_LONG),
-        (sentence("GPGSV,1,1,00"), Refusal.UNUSED),
-        (sentence("HEHDT,north,T"), Refusal.UNDECODABLE),
-        (sentence("HEHDT,nan,T"), Refusal.UNDECODABLE),
-        (sentence("GPRMC,190001.00,A"), Refusal.UNDECODABLE),
-        (sentence("GPGLL,5990.00,N,02430.00,W,190000,A,A"), Refusal.UNDECODABLE),
-        (sentence("HEHDT,123.4,T"), Refusal.NO_TIME),
-        (ais(POSITION, None)[0], Refusal.NO_TIME),
-        (ais(POSITION)[0][:-1] + b"G", Refusal.CHECKSUM),
-        (ais({"type": 4, "mmsi": 2300000})[0], Refusal.NO_SHIP),
-        (ais(POSITION | {"mmsi": 992301234})[0], Refusal.NO_SHIP),
-        (ais(POSITION | {"mmsi": 111230001})[0], Refusal.NO_SHIP),
-        (ais({"type": 8, "mmsi": 2, "dac": 1, "fid": 1, "data": b"\x00"})[0], Refusal.UNUSED),
+        (b"hello", RejectReason.UNREADABLE),
+        (b"\\c:1408129200", RejectReason.UNREADABLE),
+        (b"!AIVDM,1,1,,A", RejectReason.UNREADABLE),
+        (b"$GPRMC,1,2,3", RejectReason.UNREADABLE),
+        (b"$HEHDT,123.4,T*00", RejectReason.CHECKSUM),
+        (b"\\c:1408129200*00\\$HEHDT,123.4,T*2D", RejectReason.CHECKSUM),
+        (b"$HEHDT,123.4,T*ZZ", RejectReason.CHECKSUM),
+        (b"$" + b"A" * LONGEST_LINE, RejectReason.TOO_LONG),
+        (sentence("GPGSV,1,1,00"), RejectReason.UNUSED),
+        (sentence("HEHDT,north,T"), RejectReason.UNDECODABLE),
+        (sentence("HEHDT,nan,T"), RejectReason.UNDECODABLE),
+        (sentence("GPRMC,190001.00,A"), RejectReason.UNDECODABLE),
+        (sentence("GPGLL,5990.00,N,02430.00,W,190000,A,A"), RejectReason.UNDECODABLE),
+        (sentence("HEHDT,123.4,T"), RejectReason.NO_TIME),
+        (ais(POSITION, None)[0], RejectReason.NO_TIME),
+        (ais(POSITION)[0][:-1] + b"G", RejectReason.CHECKSUM),
+        (ais({"type": 4, "mmsi": 2300000})[0], RejectReason.NO_SHIP),
+        (ais(POSITION | {"mmsi": 992301234})[0], RejectReason.NO_SHIP),
+        (ais(POSITION | {"mmsi": 111230001})[0], RejectReason.NO_SHIP),
+        (ais({"type": 8, "mmsi": 2, "dac": 1, "fid": 1, "data": b"\x00"})[0], RejectReason.UNUSED),
     ],
 )  # fmt: skip
 def test_every_refusal_has_its_reason(line, why):
@@ -217,7 +217,7 @@ def test_rmc_is_the_clock_of_a_file_without_tag_blocks():
     reports, counts = read(*ais(POSITION, None), sentence(rmc), *ais(POSITION, None))
     assert [report.own for report in reports] == [True, False]
     assert {report.time.timestamp() for report in reports} == {TIME + 1.5}
-    assert refused(counts) == {Refusal.NO_TIME: 1}
+    assert refused(counts) == {RejectReason.NO_TIME: 1}
 
 
 def test_counts_in_words():

@@ -6,7 +6,7 @@ from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, cut, sentence, tag
 from glasshelm.ais.nmea import NmeaReader
 from glasshelm.ais.nmea_sensors import own_said
 from glasshelm.ais.nmea_sentence import checksum_of
-from glasshelm.ais.reports import Counts, Refusal
+from glasshelm.ais.reports import Counts, RejectReason
 
 CLASS_B = POSITION | {"type": 18}
 LONG_RANGE = {k: v for k, v in POSITION.items() if k != "heading"} | {"type": 27, "speed": 12}
@@ -33,7 +33,7 @@ def test_a_field_in_which_a_message_ends_is_not_told(message, placed, ends):
     for bits in range(6, length if placed > 79 else 96):
         reports, refused = read(tagged(cut(message, bits)))
         if bits < placed:
-            assert (reports, refused) == ([], {Refusal.UNDECODABLE: 1}), bits
+            assert (reports, refused) == ([], {RejectReason.UNDECODABLE: 1}), bits
             continue
         (report,) = reports
         assert report.latitude_deg == whole.latitude_deg
@@ -59,13 +59,13 @@ def test_a_cut_identity_tells_what_is_whole(message, ends):
         if reports:
             assert {n for n in ends if getattr(reports[0], n) is not None} <= told, bits
         else:
-            assert refused == {Refusal.UNDECODABLE: 1}, bits
+            assert refused == {RejectReason.UNDECODABLE: 1}, bits
 
 
 def test_characters_that_carry_no_bits_are_no_message():
     body = b"AIVDM,1,1,,A,139>JhOP1s1h9g0R2u81j1H1P00X,0"
     line = sentence(body.decode()).replace(b"$", b"!")
-    assert read(tagged(line)) == ([], {Refusal.UNDECODABLE: 1})
+    assert read(tagged(line)) == ([], {RejectReason.UNDECODABLE: 1})
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_seconds_and_their_parts_are_told_apart(told):
 
 @pytest.mark.parametrize("told", ["0", "1", "2024", "-5", "99999999999", "1e9", "noon", "9" * 40])
 def test_an_impossible_time_is_told_as_such(told):
-    assert read(*ais(POSITION, told)) == ([], {Refusal.IMPOSSIBLE_TIME: 1})
+    assert read(*ais(POSITION, told)) == ([], {RejectReason.IMPOSSIBLE_TIME: 1})
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_parts_of_two_messages_are_not_mixed():
     between = [line for k in range(9) for line in ais(POSITION | {"mmsi": 211000010 + k})]
     other = ais(STATIC | {"mmsi": 211000002, "shipname": "OTHER", "to_bow": 30})
     reports, refused = read(second, *between, *other)
-    assert refused == {Refusal.PART_MISSING: 1}
+    assert refused == {RejectReason.PART_MISSING: 1}
     assert (reports[-1].id, reports[-1].name, reports[-1].length_m) == ("211000002", "OTHER", 80.0)
 
 
@@ -153,7 +153,7 @@ def test_what_is_no_ship_is_none_whoever_reads_it(number):
     payload = ais(POSITION, None)[0].split(b",")[5]
     bits = int.from_bytes(bytes(_six(c) for c in payload[:7]), "big")
     assert bits  # the number stands in bits 8 to 38
-    assert read(tagged(_with_number(payload, number))) == ([], {Refusal.NO_SHIP: 1})
+    assert read(tagged(_with_number(payload, number))) == ([], {RejectReason.NO_SHIP: 1})
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_minutes_are_the_two_digits_before_the_point(fields, west):
 )
 def test_a_place_that_may_be_another_is_refused(place):
     body = f"GPGLL,{','.join(place)},120000,A,A"
-    assert read(tagged(sentence(body))) == ([], {Refusal.UNDECODABLE: 1})
+    assert read(tagged(sentence(body))) == ([], {RejectReason.UNDECODABLE: 1})
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_a_time_of_day_without_its_first_zero(clock, date, seconds):
 )
 def test_a_time_that_is_none_is_refused(clock, date):
     body = f"GPRMC,{clock},A,5930.00,N,02430.00,E,7.0,180.0,{date},,,A"
-    assert read(sentence(body))[1] == {Refusal.UNDECODABLE: 1}
+    assert read(sentence(body))[1] == {RejectReason.UNDECODABLE: 1}
 
 
 def _untagged(message):

@@ -7,10 +7,10 @@ import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, cut, sentence, tagged
 
 from glasshelm.ais.table import OWN_SENSORS
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.recording_window import read_recording
 from glasshelm.feeds.nmea_transport import FileFeed
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.ship.nomoto import KNOT_M_S, ship_named
 
 OWN = 211000001
@@ -82,7 +82,7 @@ def played(path, own):
     """Own ship, and the ships around her, as the live picture has them at the end of a file."""
 
     async def play():
-        feed, picture = FileFeed(path, own, pace=math.inf), Picture()
+        feed, picture = FileFeed(path, own, pace=math.inf), TrafficPicture()
         async for report in feed.reports():
             picture.take(report)
         return picture
@@ -104,7 +104,7 @@ def test_a_file_played_and_read_is_the_same_traffic(file):
     numbers = set(recording.reports.mmsi.tolist())
     assert {int(n) for n in live} | {OWN} == numbers
     assert OWN_SENSORS not in numbers
-    plane = Plane(*scenario.origin)
+    plane = LocalProjection(*scenario.origin)
     for number, (name, length, place, speed) in live.items():
         rows = recording.reports.take(recording.reports.mmsi == int(number))
         rows = rows.take(rows.time_s < TIME + 3600)  # a scenario leaves the row of another day out

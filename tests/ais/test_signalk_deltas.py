@@ -6,9 +6,9 @@ import pytest
 from tests.feeds.live import SHIP, shown
 
 from glasshelm.ais import signalk_deltas
-from glasshelm.ais.reports import Counts, Refusal
+from glasshelm.ais.reports import Counts, RejectReason
 from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.traffic_picture import TrafficPicture
 
 HELLO = {"name": "x", "version": "2.23.0", "self": "vessels.urn:mrn:signalk:uuid:1", "roles": []}
 STAMP = "2014-08-15T19:00:01.040Z"
@@ -107,7 +107,7 @@ def test_the_number_of_a_context_is_hers_whatever_is_told():
     reports, refused = read(HELLO, delta({"mmsi": "002766140"}, UUID), delta(HERE, UUID))
     # Whoever was taken for a ship before is let go by the picture.
     assert [(report.id, report.formerly is not None) for report in reports] == [("2766140", True)]
-    assert refused == {Refusal.NO_SHIP: 1}
+    assert refused == {RejectReason.NO_SHIP: 1}
 
 
 def test_own_ship_may_be_named_by_an_mmsi_that_is_told_later():
@@ -122,7 +122,7 @@ def test_the_contexts_that_are_remembered_are_bounded(monkeypatch):
         reader.message(json.dumps(delta({"mmsi": 257000000 + k}, f"vessels.urn:x{k}")))
     assert len(reader._learnt) == 10
     long = "x" * 500_000
-    assert read(delta(HERE, f"vessels.{long}")) == ([], {Refusal.UNDECODABLE: 1})
+    assert read(delta(HERE, f"vessels.{long}")) == ([], {RejectReason.UNDECODABLE: 1})
     (report,), _ = read(delta({"name": long}))
     assert len(report.name) <= 64
 
@@ -160,12 +160,12 @@ def test_a_null_ends_the_route_that_was_told(null):
     assert ended.route_ended
     assert ended.waypoint_latitude_deg is None
     # The same of a route that nobody told, or another part of the tree told: nothing.
-    assert read(HELLO, delta(null, None))[1] == {Refusal.NOTHING_TOLD: 1}
+    assert read(HELLO, delta(null, None))[1] == {RejectReason.NOTHING_TOLD: 1}
     other = {"navigation.courseRhumbline.nextPoint": {"latitude": 59.5, "longitude": 24.5}}
     reports, _ = read(HELLO, delta(other, None), delta(null, None))
     assert [r.route_ended for r in reports] == [False]
     # Other ships have no route here.
-    assert read(HELLO, delta(ROUTE, None), delta(null))[1] == {Refusal.NOTHING_TOLD: 1}
+    assert read(HELLO, delta(ROUTE, None), delta(null))[1] == {RejectReason.NOTHING_TOLD: 1}
 
 
 def test_a_waypoint_without_a_route_is_one():
@@ -217,7 +217,7 @@ def test_other_forms_of_a_time(stamp, seconds):
     ],
 )  # fmt: skip
 def test_a_time_that_is_none_is_refused(stamp):
-    assert read(HELLO, delta(HERE, timestamp=stamp)) == ([], {Refusal.UNDECODABLE: 1})
+    assert read(HELLO, delta(HERE, timestamp=stamp)) == ([], {RejectReason.UNDECODABLE: 1})
 
 
 def test_an_update_without_a_time_is_of_the_time_of_the_stream():
@@ -227,7 +227,7 @@ def test_an_update_without_a_time_is_of_the_time_of_the_stream():
 
 
 def test_a_ship_under_two_contexts_is_there_once():
-    picture = Picture()
+    picture = TrafficPicture()
     reader = DeltaReader(Counts())
 
     def hear(context, second, values):
@@ -291,36 +291,36 @@ def test_every_update_is_a_report_and_one_without_time_is_of_now():
 @pytest.mark.parametrize(
     ("message", "why"),
     [
-        ("", Refusal.UNREADABLE),
-        ("{", Refusal.UNREADABLE),
-        (b"\xff\xfe", Refusal.UNREADABLE),
-        ('{"updates":[{"values":[{"path":"","value":' + "[" * 100_000, Refusal.UNREADABLE),
-        (" " * (LONGEST_MESSAGE + 1), Refusal.TOO_LONG),
-        ([], Refusal.UNDECODABLE),
-        ({"updates": 5}, Refusal.UNDECODABLE),
-        ({"updates": [{"values": [{"value": 5}]}]}, Refusal.UNDECODABLE),
-        ({"requestId": "1", "state": "COMPLETED"}, Refusal.UNUSED),
-        (delta({"environment.depth.belowKeel": 5.0}), Refusal.UNUSED),
-        (delta({}), Refusal.UNUSED),
-        ({"context": OTHER, "updates": []}, Refusal.NOTHING_TOLD),
-        (delta({"navigation.position": None}), Refusal.NOTHING_TOLD),
-        (delta({"name": None, "design.length": None}), Refusal.NOTHING_TOLD),
-        (delta({"mmsi": True}), Refusal.NOTHING_TOLD),
-        (delta({"navigation.speedOverGround": "fast"}), Refusal.UNDECODABLE),
-        (delta({"navigation.speedOverGround": True}), Refusal.UNDECODABLE),
-        (delta({"navigation.position": {"latitude": 5}}), Refusal.UNDECODABLE),
-        (delta({"navigation.position": [1, 2]}), Refusal.UNDECODABLE),
-        (delta({"navigation.headingTrue": 1.0}, timestamp="today"), Refusal.UNDECODABLE),
+        ("", RejectReason.UNREADABLE),
+        ("{", RejectReason.UNREADABLE),
+        (b"\xff\xfe", RejectReason.UNREADABLE),
+        ('{"updates":[{"values":[{"path":"","value":' + "[" * 100_000, RejectReason.UNREADABLE),
+        (" " * (LONGEST_MESSAGE + 1), RejectReason.TOO_LONG),
+        ([], RejectReason.UNDECODABLE),
+        ({"updates": 5}, RejectReason.UNDECODABLE),
+        ({"updates": [{"values": [{"value": 5}]}]}, RejectReason.UNDECODABLE),
+        ({"requestId": "1", "state": "COMPLETED"}, RejectReason.UNUSED),
+        (delta({"environment.depth.belowKeel": 5.0}), RejectReason.UNUSED),
+        (delta({}), RejectReason.UNUSED),
+        ({"context": OTHER, "updates": []}, RejectReason.NOTHING_TOLD),
+        (delta({"navigation.position": None}), RejectReason.NOTHING_TOLD),
+        (delta({"name": None, "design.length": None}), RejectReason.NOTHING_TOLD),
+        (delta({"mmsi": True}), RejectReason.NOTHING_TOLD),
+        (delta({"navigation.speedOverGround": "fast"}), RejectReason.UNDECODABLE),
+        (delta({"navigation.speedOverGround": True}), RejectReason.UNDECODABLE),
+        (delta({"navigation.position": {"latitude": 5}}), RejectReason.UNDECODABLE),
+        (delta({"navigation.position": [1, 2]}), RejectReason.UNDECODABLE),
+        (delta({"navigation.headingTrue": 1.0}, timestamp="today"), RejectReason.UNDECODABLE),
         (
             delta({"navigation.headingTrue": 1.0}, timestamp="0001-01-01T00:00:00+23:59"),
-            Refusal.UNDECODABLE,
+            RejectReason.UNDECODABLE,
         ),
         (
             delta({"navigation.position": {"latitude": 1, "longitude": 1}}, "shore.basestations.x"),
-            Refusal.NO_SHIP,
+            RejectReason.NO_SHIP,
         ),
-        (delta({"navigation.headingTrue": 1.0}, "atons.x"), Refusal.NO_SHIP),
-        (delta({"navigation.headingTrue": 1.0}, STATION), Refusal.NO_SHIP),
+        (delta({"navigation.headingTrue": 1.0}, "atons.x"), RejectReason.NO_SHIP),
+        (delta({"navigation.headingTrue": 1.0}, STATION), RejectReason.NO_SHIP),
     ],
 )  # fmt: skip
 def test_every_refusal_has_its_reason(message, why):
@@ -382,7 +382,7 @@ def test_every_form_of_null_ends_a_route(null):
 
 @pytest.mark.parametrize("number", ["992571111", "111257500", "002570001"])
 def test_what_turns_out_to_be_no_ship_is_one_no_more(number):
-    counts, picture = Counts(), Picture()
+    counts, picture = Counts(), TrafficPicture()
     reader = DeltaReader(counts)
     position = {"navigation.position": {"latitude": 59.0, "longitude": 24.0}}
     for told in (position, {"": {"mmsi": number, "name": "BUOY"}}, position):

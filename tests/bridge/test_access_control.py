@@ -2,11 +2,11 @@ import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from glasshelm.bridge.server.access_control import Guard
+from glasshelm.bridge.server.access_control import AccessControl
 from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.session_hub import Conductor
-from glasshelm.bridge.sessions.log_index import Shelf
-from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.cli import main
 from glasshelm.core.errors import InputError
 
@@ -15,8 +15,8 @@ HERE = "http://127.0.0.1:8470"
 
 
 def client(tmp_path, base=HERE, host="127.0.0.1", token=None) -> TestClient:
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
-    app = application(conductor, Guard(host, token), static=tmp_path / "static")
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = application(conductor, AccessControl(host, token), static=tmp_path / "static")
     return TestClient(app, base_url=base)
 
 
@@ -87,7 +87,7 @@ def test_the_page_hands_the_token_on_in_a_cookie_no_script_can_read(tmp_path):
 )  # fmt: skip
 def test_an_address_that_others_reach_needs_a_token_that_nobody_guesses(host, token):
     with pytest.raises(InputError):
-        Guard(host, token)
+        AccessControl(host, token)
 
 
 def test_the_command_says_so_in_one_line(capsys):

@@ -14,16 +14,16 @@ from glasshelm.ais.reports import Feed
 from glasshelm.bridge.server import session_hub as conductor_module
 from glasshelm.bridge.server.background_jobs import Preparing
 from glasshelm.bridge.server.request_queue import MOST_REQUESTS
-from glasshelm.bridge.server.session_hub import Conductor
-from glasshelm.bridge.server.viewer_queue import Outbox
-from glasshelm.bridge.sessions.live_session import Live, _alone
-from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
+from glasshelm.bridge.sessions.live_session import LiveSession, _alone
+from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.session_factory import prepared
-from glasshelm.bridge.sessions.simulated_session import Sailing
-from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.bridge.sessions.simulated_session import SimulatedSession
+from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import scenario_from
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import ship_named
 
@@ -34,8 +34,8 @@ SOON_S = 300.0
 class Viewer:
     """A viewer without a socket."""
 
-    def __init__(self, conductor: Conductor):
-        self.outbox, self._conductor = Outbox(), conductor
+    def __init__(self, conductor: SessionHub):
+        self.outbox, self._conductor = ViewerQueue(), conductor
 
     async def join(self) -> "Viewer":
         await asyncio.wait_for(self._conductor.join(self.outbox), SOON_S)
@@ -55,8 +55,8 @@ class Viewer:
 @contextlib.asynccontextmanager
 async def playing(folder, source="imazu:1"):
     """A conductor that plays, its clock, and one viewer."""
-    catalogue = Catalogue(Shelf(folder))
-    conductor = Conductor(catalogue, folder)
+    catalogue = SourceList(LogIndex(folder))
+    conductor = SessionHub(catalogue, folder)
     await conductor.show(prepared(catalogue, folder, source, "straight", "paper", None, None))
     clock = asyncio.create_task(conductor.keep_time())
     try:
@@ -82,7 +82,7 @@ def held(monkeypatch):
         assert go_on.wait(4 * SOON_S)
 
     monkeypatch.setattr(conductor_module, "opened", slowly)
-    monkeypatch.setattr(Sailing, "ready", ready)
+    monkeypatch.setattr(SimulatedSession, "ready", ready)
     yield begun, go_on
     go_on.set()
 
@@ -146,8 +146,8 @@ def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_don
     go_on = threading.Event()
 
     async def come_early():
-        catalogue = Catalogue(Shelf(tmp_path))
-        conductor = Conductor(catalogue, tmp_path)
+        catalogue = SourceList(LogIndex(tmp_path))
+        conductor = SessionHub(catalogue, tmp_path)
         begin = prepared(catalogue, tmp_path, "imazu:1", "straight", "paper", None, None)
 
         def slowly():
@@ -214,7 +214,7 @@ class Counting(StraightPilot):
 
 def test_a_pilot_that_is_ready_needs_no_compiler_when_it_takes_over(tmp_path):
     scenario = scenario_from("imazu:5", ship_named("paper"))
-    session = Sailing(scenario, StraightPilot(), "paper", False, tmp_path)
+    session = SimulatedSession(scenario, StraightPilot(), "paper", False, tmp_path)
     session.forward()
     pilot = Counting([])
     session.ready(pilot)
@@ -232,7 +232,9 @@ def test_a_pilot_that_is_ready_needs_no_compiler_when_it_takes_over(tmp_path):
 def test_live_traffic_needs_no_compiler_either(tmp_path):
     feed = Made()
     assert isinstance(feed, Feed)
-    session = Live("tcp://made:1", feed, Picture("made"), StraightPilot(), "paper", tmp_path)
+    session = LiveSession(
+        "tcp://made:1", feed, TrafficPicture("made"), StraightPilot(), "paper", tmp_path
+    )
     pilot = Counting([])
     session.ready(pilot)
     made = len(pilot.traced)
@@ -246,20 +248,20 @@ def test_live_traffic_needs_no_compiler_either(tmp_path):
 
 
 def test_minutes_cut_recorded_traffic_and_nothing_else(tmp_path):
-    whole, part = (Catalogue(Shelf(tmp_path), minutes=m) for m in (None, 5.0))
+    whole, part = (SourceList(LogIndex(tmp_path), minutes=m) for m in (None, 5.0))
     lasts = [c.scenario("new-york", "paper", None, None).duration_s for c in (whole, part)]
     assert lasts[0] > 1200
     assert 200 < lasts[1] <= 300
     assert part.scenario("imazu:1", "paper", None, None).targets
     for source in ("imazu:1", "tcp://127.0.0.1:1", "random:3"):
         with pytest.raises(InputError, match="minutes are of recorded traffic only"):
-            Catalogue(Shelf(tmp_path), source, minutes=5.0)
+            SourceList(LogIndex(tmp_path), source, minutes=5.0)
 
 
 def test_who_joins_waits_for_no_log_and_nobody_waits_for_her(tmp_path, monkeypatch):
     """Logs are read to list them while frames go on, and she who joins gets what is then."""
     reading, go_on = threading.Event(), threading.Event()
-    really = Shelf.cards
+    really = LogIndex.cards
 
     def cards(shelf):
         reading.set()
@@ -270,7 +272,7 @@ def test_who_joins_waits_for_no_log_and_nobody_waits_for_her(tmp_path, monkeypat
         async with playing(tmp_path) as (conductor, viewer):
             await viewer.ask("rate", rate=60)
             with monkeypatch.context() as slow:
-                slow.setattr(Shelf, "cards", cards)
+                slow.setattr(LogIndex, "cards", cards)
                 joining = asyncio.create_task(Viewer(conductor).join())
                 await asyncio.to_thread(reading.wait, SOON_S)
                 for _ in range(3):

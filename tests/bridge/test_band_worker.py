@@ -14,8 +14,8 @@ from tests.clock import clock, now_s, run
 from glasshelm.bridge.annotate import band_worker
 from glasshelm.bridge.annotate.band_worker import SHARE, Bands, told
 from glasshelm.bridge.server.protocol import Banded
-from glasshelm.bridge.sessions.log_index import Shelf
-from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.certify.logged_measurements import CELLS
 from glasshelm.certify.sensor_error_bounds import declared
 from glasshelm.frames import schema as f
@@ -184,15 +184,15 @@ def _until_band(viewer: Page) -> dict:
 def test_the_bridge_tells_the_band_of_the_frame_shown(tmp_path):
     from starlette.testclient import TestClient
 
-    from glasshelm.bridge.server.access_control import Guard
+    from glasshelm.bridge.server.access_control import AccessControl
     from glasshelm.bridge.server.app import application
-    from glasshelm.bridge.server.session_hub import Conductor
+    from glasshelm.bridge.server.session_hub import SessionHub
     from glasshelm.bridge.sessions.session_factory import prepared
 
-    catalogue = Catalogue(Shelf(tmp_path))
+    catalogue = SourceList(LogIndex(tmp_path))
     first = prepared(catalogue, tmp_path, "random:35", "paper-sum", "paper", None, None)
-    conductor = Conductor(catalogue, tmp_path, errors=ERRORS)
-    app = application(conductor, Guard("127.0.0.1", None), first)
+    conductor = SessionHub(catalogue, tmp_path, errors=ERRORS)
+    app = application(conductor, AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:
         viewer.until("alarms").ask("pause").until("session")
         for time_s in (0.0, 300.0, 60.0):

@@ -19,24 +19,24 @@ from glasshelm.bridge.server import fault_log as faults_module
 from glasshelm.bridge.server.fault_log import Faults, one_line, supervised
 from glasshelm.bridge.server.presenter import Stage
 from glasshelm.bridge.server.protocol import Limits
-from glasshelm.bridge.server.session_hub import Conductor
-from glasshelm.bridge.server.viewer_queue import Outbox
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions import live_record
-from glasshelm.bridge.sessions.live_session import Live
-from glasshelm.bridge.sessions.log_index import Shelf
-from glasshelm.bridge.sessions.source_list import Catalogue
-from glasshelm.colregs.encounter_tracker import Rules
+from glasshelm.bridge.sessions.live_session import LiveSession
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.source_list import SourceList
+from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.core.errors import InputError
 from glasshelm.feeds.backoff import Backoff
 from glasshelm.frames import frame_log
-from glasshelm.live.signalk_writer import WriteBack
+from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.simulation.live_advisor import Watch
+from glasshelm.simulation.live_advisor import LiveAdvisor
 
 CODES = [errno.ENOSPC, errno.EIO, errno.EACCES]
 
 
-class Writer(WriteBack):
+class Writer(SignalKWriter):
     """What stands on the server: the rudder and the alarms told last; None: withdrawn."""
 
     def __init__(self):
@@ -56,11 +56,13 @@ class Watched:
 
     def __init__(self, folder):
         self.feed, self.picture, self.writer = Made(), Clock(), Writer()
-        self.live = Live("tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder)
+        self.live = LiveSession(
+            "tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder
+        )
         self.stage = Stage(self.live, Limits())
-        self.conductor = Conductor(Catalogue(Shelf(folder)), folder, self.writer)
+        self.conductor = SessionHub(SourceList(LogIndex(folder)), folder, self.writer)
         self.conductor._stage, self.conductor._playing = self.stage, True
-        self.viewer = Outbox()
+        self.viewer = ViewerQueue()
         self.conductor.viewers.add(self.viewer)
         self.time_s = 0.0
         self.frames: list[dict] = []
@@ -272,15 +274,15 @@ def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path,
 PARTS = {
     "the look": (Stage, "forward"),
     "the picture": (Clock, "scenario"),
-    "the pilot": (Watch, "look"),
-    "the predicted track": (Watch, "predicted"),
-    "the rules": (Rules, "see"),
+    "the pilot": (LiveAdvisor, "look"),
+    "the predicted track": (LiveAdvisor, "predicted"),
+    "the rules": (EncounterTracker, "see"),
     "the sentence": (frame_annotator.Lookout, "_sentence"),
     "the alarms": (AlarmList, "see"),
     "the bands": (Bands, "want"),
     "the session's message": (Stage, "session_now"),
     "writing back": (Writer, "tell"),
-    "the log": (live_record.Logbook, "add"),
+    "the log": (live_record.FrameLog, "add"),
 }
 NO_FRAME = {"the look", "the picture"}
 WITHDRAWN = NO_FRAME | {"the alarms", "writing back"}
@@ -367,7 +369,7 @@ def test_who_joins_while_the_disk_fails_gets_everything(watched, tmp_path, monke
         for _ in range(3):
             await one.look()
         disk.fail(1, 100_000)
-        viewer = Outbox()
+        viewer = ViewerQueue()
         await one.conductor.join(viewer)
         messages = [json.loads(await viewer.next()) for _ in range(len(viewer))]
         return {message["type"]: message for message in messages}
@@ -410,7 +412,7 @@ def test_what_runs_for_ever_is_begun_again_and_told_until_it_is_well(impatient):
 
 @pytest.mark.parametrize("what", ["keep_time", "bands", "writer"])
 def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch, what):
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, Writer())
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, Writer())
     where = {"keep_time": conductor, "bands": conductor.bands, "writer": conductor.writer}[what]
     begun = []
 

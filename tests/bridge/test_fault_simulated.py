@@ -11,14 +11,14 @@ from tests.broken_disk import BrokenDisk
 
 from glasshelm.bridge.server.presenter import Stage
 from glasshelm.bridge.server.protocol import Compare, Limits, Pilot, Play, Seek
-from glasshelm.bridge.server.session_hub import Conductor
-from glasshelm.bridge.server.viewer_queue import Outbox
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions import session_log as record_module
-from glasshelm.bridge.sessions.log_index import Shelf
-from glasshelm.bridge.sessions.replay_session import Again
-from glasshelm.bridge.sessions.session_log import Past, Record
-from glasshelm.bridge.sessions.simulated_session import Sailing
-from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.replay_session import ReplaySession
+from glasshelm.bridge.sessions.session_log import Past, SessionLog
+from glasshelm.bridge.sessions.simulated_session import SimulatedSession
+from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.frames import frame_log
@@ -26,9 +26,9 @@ from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import ship_named
 
 
-def sailing(folder) -> Sailing:
+def sailing(folder) -> SimulatedSession:
     ship = ship_named("paper")
-    return Sailing(scenario_from("imazu:1", ship), StraightPilot(), "paper", False, folder)
+    return SimulatedSession(scenario_from("imazu:1", ship), StraightPilot(), "paper", False, folder)
 
 
 class Played:
@@ -36,9 +36,9 @@ class Played:
 
     def __init__(self, folder, session):
         self.session, self.stage = session, Stage(session, Limits())
-        self.conductor = Conductor(Catalogue(Shelf(folder)), folder)
+        self.conductor = SessionHub(SourceList(LogIndex(folder)), folder)
         self.conductor._stage, self.conductor._playing = self.stage, True
-        self.viewer = Outbox()
+        self.viewer = ViewerQueue()
         self.conductor.viewers.add(self.viewer)
         self.times: list[float] = []
         self.notices: list[str] = []
@@ -160,7 +160,7 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
     disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
 
     async def voyage():
-        played = Played(tmp_path, Again(Record(tmp_path / "a.jsonl", fresh=False)))
+        played = Played(tmp_path, ReplaySession(SessionLog(tmp_path / "a.jsonl", fresh=False)))
         await played.step()
         disk.fail(1)
         await played.step()
@@ -178,7 +178,7 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
 
 def test_a_log_that_shrank_is_told(tmp_path):
     frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
-    record = Record(tmp_path / "a.jsonl", fresh=False)
+    record = SessionLog(tmp_path / "a.jsonl", fresh=False)
     os.truncate(tmp_path / "a.jsonl", 100)
     with pytest.raises(InputError, match=r"a\.jsonl: cannot read the log \(it was cut off\)"):
         record.line(4)
@@ -191,7 +191,7 @@ def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end
     frame_log.write(path, [frame(0.0)])
     with open(path, "ab") as file:
         file.write(b"x" * 20_000 + end)
-    for read in (lambda: Record(path, fresh=False), lambda: list(frame_log.read(path))):
+    for read in (lambda: SessionLog(path, fresh=False), lambda: list(frame_log.read(path))):
         with pytest.raises(InputError, match="line 2 is longer than any frame"):
             read()
 
@@ -201,7 +201,7 @@ def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
     path = tmp_path / "a.jsonl"
     frame_log.write(path, [frame(5 * k, Other()) for k in range(20)])
     shares: list[float] = []
-    Record(path, False, shares.append)
+    SessionLog(path, False, shares.append)
     assert shares == sorted(shares)
     assert len(shares) > 5
     assert 0.0 <= shares[0] < shares[-1] <= 1.0

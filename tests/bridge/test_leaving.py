@@ -9,7 +9,7 @@ from tests.bridge.test_background_jobs import ASKED, SOON_S, Viewer, held, playi
 from glasshelm.bridge.server import session_hub as conductor_module
 from glasshelm.bridge.server.presenter import Stage
 from glasshelm.bridge.server.request_queue import MOST_ASKED, MOST_PREPARED
-from glasshelm.bridge.server.session_hub import Conductor
+from glasshelm.bridge.server.session_hub import SessionHub
 
 __all__ = ["held"]
 
@@ -20,7 +20,7 @@ async def becomes(so) -> None:
             await asyncio.sleep(0.01)
 
 
-def shown(conductor: Conductor) -> str:
+def shown(conductor: SessionHub) -> str:
     return conductor._there().session.card.source
 
 

@@ -7,20 +7,20 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from glasshelm.ais.reports import Counts, Feed, Refusal, Report
+from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
 from glasshelm.bridge.server.presenter import Stage
 from glasshelm.bridge.server.protocol import Limits
-from glasshelm.bridge.server.session_hub import Conductor
-from glasshelm.bridge.sessions.live_session import Live
-from glasshelm.bridge.sessions.log_index import Shelf
-from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.sessions.live_session import LiveSession
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.feeds.feed_factory import signalk_server
 from glasshelm.feeds.report_queue import MOST_OTHERS, MOST_OWN
 from glasshelm.live import fleet
-from glasshelm.live.signalk_writer import WriteBack
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.signalk_writer import SignalKWriter
+from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.simulation.voyage import LOST_SHOWN_S
 
@@ -58,7 +58,7 @@ class Made:
             yield one
 
 
-class Clock(Picture):
+class Clock(TrafficPicture):
     """A picture whose stream's time the test sets."""
 
     time_s = 0.0
@@ -71,7 +71,7 @@ class Clock(Picture):
 def live(tmp_path):
     feed, picture = Made(), Clock()
     assert isinstance(feed, Feed)
-    session = Live("tcp://made:1", feed, picture, StraightPilot(), "paper", tmp_path)
+    session = LiveSession("tcp://made:1", feed, picture, StraightPilot(), "paper", tmp_path)
 
     def at(time_s: float, own: bool = True, target: bool = True):
         feed.given = []
@@ -143,7 +143,7 @@ def test_everything_is_logged_and_a_clock_that_jumps_back_begins_a_new_log(live,
     assert session.at == len(times) - 1 >= 2
 
 
-class Writer(WriteBack):
+class Writer(SignalKWriter):
     """Notes what it is asked to write: how many targets, None for nothing at all."""
 
     def __init__(self):
@@ -159,7 +159,7 @@ class Writer(WriteBack):
 def test_only_what_is_of_now_is_written_back(live, tmp_path):
     session, at = live
     writer = Writer()
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
     stage = Stage(session, Limits())
     at(0.0)
     stage.forward()
@@ -180,7 +180,7 @@ def test_own_ship_s_own_position_is_what_makes_it_live(live, tmp_path):
     """Her receiver fails; the others go on, and she is dead-reckoned."""
     session, at = live
     writer = Writer()
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
     stage = Stage(session, Limits())
     assert session.own_s is None
     at(0.0)
@@ -215,25 +215,25 @@ def test_a_feed_that_ended_stays_in_the_notes(live):
 def test_what_was_of_no_use_is_told_in_one_sentence(live):
     session, at = live
     counts = session._feed.counts
-    counts.heard, counts.refused[Refusal.CHECKSUM] = 12, 12
+    counts.heard, counts.refused[RejectReason.CHECKSUM] = 12, 12
     session.forward()
     told = "heard 12 sentences: 0 used, 12 with a wrong checksum"
     assert session.card.notes == ("no position heard yet", told)
-    counts.heard, counts.understood, counts.refused[Refusal.CHECKSUM] = 12, 9, 0
-    counts.refused[Refusal.UNUSED] = 3
+    counts.heard, counts.understood, counts.refused[RejectReason.CHECKSUM] = 12, 9, 0
+    counts.refused[RejectReason.UNUSED] = 3
     at(0.0)
     assert not any(note.startswith("heard") for note in session.card.notes), "a sound feed"
     session._picture.take(report("230000002", -7200.0, 0.0, TARGET_M_S))
     assert session.counted == {
-        "sentences": {"heard": 12, "used": 9, "refused": {Refusal.UNUSED: 3}},
-        "reports": {"heard": 3, "used": 2, "refused": {Refusal.LATE: 1}},
+        "sentences": {"heard": 12, "used": 9, "refused": {RejectReason.UNUSED: 3}},
+        "reports": {"heard": 3, "used": 2, "refused": {RejectReason.LATE: 1}},
     }
 
 
 def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tmp_path):
     session, at = live
-    writer = WriteBack(signalk_server("signalk://127.0.0.1:9", "secret"))
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, writer)
+    writer = SignalKWriter(signalk_server("signalk://127.0.0.1:9", "secret"))
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
     stage = Stage(session, Limits())
     at(0.0)
 
@@ -269,8 +269,8 @@ class Flood(Made):
 
 def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_path, monkeypatch):
     monkeypatch.setattr(fleet, "MOST_SHIPS", 300)
-    picture = Picture()
-    live = Live("tcp://flood:1", Flood(), picture, StraightPilot(), "paper", tmp_path)
+    picture = TrafficPicture()
+    live = LiveSession("tcp://flood:1", Flood(), picture, StraightPilot(), "paper", tmp_path)
 
     async def watch():
         listening = asyncio.create_task(live.listen())

@@ -1,7 +1,13 @@
 import pytest
 from tests.bridge.frames import frame
 
-from glasshelm.bridge.sessions.log_index import MOST_LISTED, Shelf, default_logs, log_named, new_log
+from glasshelm.bridge.sessions.log_index import (
+    MOST_LISTED,
+    LogIndex,
+    default_logs,
+    log_named,
+    new_log,
+)
 from glasshelm.core.errors import InputError
 from glasshelm.frames import frame_log
 
@@ -36,9 +42,9 @@ def test_only_plain_logs_of_the_folder_can_be_named(tmp_path, name):
 
 
 def test_the_shelf_lists_whole_frames_the_newest_first(tmp_path):
-    shelf = Shelf(tmp_path)
+    shelf = LogIndex(tmp_path)
     assert shelf.cards() == []
-    assert Shelf(tmp_path / "none").cards() == []
+    assert LogIndex(tmp_path / "none").cards() == []
     start = "2014-08-15T17:00:00Z"
     for name, count in (("20260101T000000Z-a.jsonl", 3), ("20260102T000000Z-b.jsonl", 2)):
         frames = [frame(5 * k, time_utc=start) for k in range(count)]
@@ -57,7 +63,7 @@ def test_the_shelf_lists_whole_frames_the_newest_first(tmp_path):
 def test_no_more_than_so_many_are_listed(tmp_path):
     for k in range(MOST_LISTED + 5):
         frame_log.write(tmp_path / f"{k:03d}.jsonl", [frame(0)])
-    names = [card.name for card in Shelf(tmp_path).cards()]
+    names = [card.name for card in LogIndex(tmp_path).cards()]
     assert len(names) == MOST_LISTED
     assert names[0] == f"{MOST_LISTED + 4:03d}.jsonl"
 

@@ -2,10 +2,10 @@ import asyncio
 
 import pytest
 
-from glasshelm.bridge.server.viewer_queue import MOST_BYTES, MOST_FRAMES, MOST_OTHERS, Outbox
+from glasshelm.bridge.server.viewer_queue import MOST_BYTES, MOST_FRAMES, MOST_OTHERS, ViewerQueue
 
 
-def emptied(outbox: Outbox) -> list[bytes]:
+def emptied(outbox: ViewerQueue) -> list[bytes]:
     async def take() -> list[bytes]:
         return [await outbox.next() for _ in range(len(outbox))]
 
@@ -13,14 +13,14 @@ def emptied(outbox: Outbox) -> list[bytes]:
 
 
 def test_messages_come_in_order():
-    outbox = Outbox()
+    outbox = ViewerQueue()
     for kind in ("hello", "session", "history", "frame", "alarms", "notice"):
         outbox.put(kind, kind.encode())
     assert emptied(outbox) == [b"hello", b"session", b"history", b"frame", b"alarms", b"notice"]
 
 
 def test_of_too_many_frames_the_newest_stay_and_the_others_are_counted():
-    outbox = Outbox()
+    outbox = ViewerQueue()
     outbox.put("session", b"s")
     for k in range(100):
         outbox.put("frame", b"%d" % k)
@@ -29,7 +29,7 @@ def test_of_too_many_frames_the_newest_stay_and_the_others_are_counted():
 
 
 def test_a_history_replaces_what_came_before_it():
-    outbox = Outbox()
+    outbox = ViewerQueue()
     for kind, text in (
         ("history", b"old"),
         ("frame", b"1"),
@@ -43,14 +43,14 @@ def test_a_history_replaces_what_came_before_it():
 
 @pytest.mark.parametrize("kind", ["session", "alarms", "band"])
 def test_only_the_newest_state_is_sent(kind):
-    outbox = Outbox()
+    outbox = ViewerQueue()
     for k in range(50):
         outbox.put(kind, b"%d" % k)
     assert emptied(outbox) == [b"49"]
 
 
 def test_nothing_grows_without_end():
-    outbox = Outbox()
+    outbox = ViewerQueue()
     for k in range(1000):
         for kind in ("hello", "session", "history", "frame", "alarms", "failure", "notice", "pong"):
             outbox.put(kind, b"%d" % k)
@@ -59,7 +59,7 @@ def test_nothing_grows_without_end():
 
 @pytest.mark.parametrize("kind", ["frame", "whatif", "notice"])
 def test_bytes_are_bounded_and_the_newest_stays(kind):
-    outbox = Outbox()
+    outbox = ViewerQueue()
     outbox.put("session", b"s")
     for k in range(5):
         outbox.put(kind, b"%d" % k + bytes(MOST_BYTES // 3))
@@ -71,7 +71,7 @@ def test_bytes_are_bounded_and_the_newest_stays(kind):
 
 def test_next_waits_for_a_message():
     async def wait() -> bytes:
-        outbox = Outbox()
+        outbox = ViewerQueue()
         asyncio.get_running_loop().call_later(0.01, outbox.put, "frame", b"late")
         return await asyncio.wait_for(outbox.next(), 60)
 

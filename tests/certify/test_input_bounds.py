@@ -7,8 +7,8 @@ import pytest
 from tests.certify.scenes import KINDS, LEVELS, SCENES, SLOTS, errors, scenes
 
 from glasshelm.certify.input_bounds import Form, target_inputs, waypoint_inputs
-from glasshelm.certify.measurements import EACH, OWN, observed, shifted
-from glasshelm.networks.input_features import through
+from glasshelm.certify.measurements import N_TARGET_ERRORS, OWN, observed, shifted
+from glasshelm.networks.input_features import encode
 
 TRIES = 64
 
@@ -18,8 +18,11 @@ def _inputs(scene, own, each):
     """The inputs [try, scene, ...], flat and fine, by the code that the pilot sails with."""
 
     def one(scene, own, each):
-        seen = observed(shifted(scene, own, each))
-        return [(through(lens, seen.waypoint), through(lens, seen.targets)) for lens in LENSES]
+        observation = observed(shifted(scene, own, each))
+        return [
+            (encode(lens, observation.waypoint), encode(lens, observation.targets))
+            for lens in LENSES
+        ]
 
     return jax.vmap(jax.vmap(one), (None, 0, 0))(scene, own, each)
 
@@ -38,7 +41,7 @@ def test_forms_hold_the_inputs(level, kind):
     scene, most = scenes(kind), errors(*level)
     drawn = np.random.default_rng(5)
     own = drawn.uniform(-1, 1, (TRIES, SCENES, OWN))
-    each = drawn.uniform(-1, 1, (TRIES, SCENES, SLOTS, EACH))
+    each = drawn.uniform(-1, 1, (TRIES, SCENES, SLOTS, N_TARGET_ERRORS))
     own[::2], each[::2] = np.sign(own[::2]), np.sign(each[::2])
     units = np.asarray(most.own()), np.asarray(most.each())
     found = _inputs(
@@ -46,7 +49,7 @@ def test_forms_hold_the_inputs(level, kind):
         *(jnp.asarray(x * unit, jnp.float32) for x, unit in zip((own, each), units, strict=True)),
     )
     mine = np.broadcast_to(units[0], (SCENES, OWN)).astype(float)
-    hers = np.broadcast_to(units[1], (SCENES, SLOTS, EACH)).astype(float)
+    hers = np.broadcast_to(units[1], (SCENES, SLOTS, N_TARGET_ERRORS)).astype(float)
     waypoint, targets = (np.asarray(x, np.float64) for x in (scene.waypoint, scene.targets))
     both = np.concatenate([np.broadcast_to(own[:, :, None], each.shape), each], -1)
     alone = np.concatenate([own, np.zeros_like(own)], -1)

@@ -32,11 +32,11 @@ def sailed(pilot):
     """Frames, and what the pilot really saw before each."""
     scenario = scenario_from("random:35", ship_named("paper"))
     voyage = Voyage(scenario, pilot, steps_of(scenario, STEPS))
-    frames, seen = [], []
+    frames, observation = [], []
     for _ in range(STEPS):
-        seen.append(voyage.place.carry.state.observation)
+        observation.append(voyage.place.carry.state.observation)
         frames += voyage.sail_on()
-    return frames, seen
+    return frames, observation
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +46,12 @@ def banded(sailed, pilot):
 
 @pytest.mark.parametrize("number", [0, 1, 3, 4, STEPS - 1])
 def test_the_plots_are_those_that_the_pilot_saw(sailed, number):
-    frames, seen = sailed
+    frames, observation = sailed
     found = observed(scene_of(frames[max(number - 7, 0) : number + 1]))
     ships = int(np.sum(found.present))
     assert ships == len(frames[number].targets) > 1
-    there = np.asarray(seen[number].targets)[np.asarray(seen[number].present)]
-    np.testing.assert_allclose(found.waypoint, seen[number].waypoint, atol=3e-6)
+    there = np.asarray(observation[number].targets)[np.asarray(observation[number].present)]
+    np.testing.assert_allclose(found.waypoint, observation[number].waypoint, atol=3e-6)
     np.testing.assert_allclose(np.asarray(found.targets)[:ships], there, atol=2e-5)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from glasshelm.certify.measurements import no_scene, observed, recall, shifted
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
-from glasshelm.env.step import begin, step, targets_at, waypoint_of
+from glasshelm.env.step import reset, step, targets_at, waypoint_of
 from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]
@@ -14,7 +14,7 @@ SHIP = SHIPS["paper"]
 
 def _sailed():
     encounter = random_encounter(jax.random.key(2), SHIP, RandomEncounters(targets=(3, 3)))
-    state, scene, first = begin(encounter, SHIP), no_scene(encounter.present.shape[-1]), True
+    state, scene, first = reset(encounter, SHIP), no_scene(encounter.present.shape[-1]), True
     for rudder in (None, 0.08, 0.08, -0.05):
         if rudder is not None:
             state = step(encounter, state, jnp.asarray(rudder), SHIP).state
@@ -27,9 +27,9 @@ def _sailed():
 
 def test_the_plots_of_a_voyage_show_what_the_pilot_saw():
     state, scene = _sailed()
-    seen = observed(scene)
-    np.testing.assert_allclose(seen.waypoint, state.observation.waypoint, atol=3e-6)
-    np.testing.assert_allclose(seen.targets, state.observation.targets, atol=2e-5)
+    observation = observed(scene)
+    np.testing.assert_allclose(observation.waypoint, state.observation.waypoint, atol=3e-6)
+    np.testing.assert_allclose(observation.targets, state.observation.targets, atol=2e-5)
 
 
 def test_own_ship_shown_too_far_east_sees_all_too_far_west():

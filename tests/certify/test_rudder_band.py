@@ -8,7 +8,7 @@ from tests.certify.scenes import KINDS, LEVELS, SCENES, errors, one_of, scenes
 from tests.untrained import untrained
 
 from glasshelm.certify.adversarial import attacked_rudders, random_rudders
-from glasshelm.certify.measurements import Scene, observed
+from glasshelm.certify.measurements import RawPlots, observed
 from glasshelm.certify.rudder_band import Band, action_bounds, certified_band
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.registry import load
@@ -52,7 +52,7 @@ def test_more_cells_make_it_no_wider(actor):
 
 def test_who_is_not_there_does_not_matter(actor):
     scene = scenes()
-    other = Scene(scene.waypoint, scene.targets.at[0].multiply(-3.0), scene.present)
+    other = RawPlots(scene.waypoint, scene.targets.at[0].multiply(-3.0), scene.present)
     one, two = (action_bounds(actor, x, errors(*LEVELS[1])) for x in (scene, other))
     assert one[0][0] == two[0][0]
     assert one[1][0] == two[1][0]

@@ -1,7 +1,7 @@
 import pytest
 from tests.bridge.frames import Other, frame
 
-from glasshelm.colregs.encounter_tracker import Rules
+from glasshelm.colregs.encounter_tracker import EncounterTracker
 
 #: name -> a target who comes to own ship's place in 600 s, and what own ship is to her.
 MEETINGS = {
@@ -20,7 +20,7 @@ MEETINGS = {
 @pytest.mark.parametrize("name", MEETINGS)
 def test_rules_13_to_17_until_the_closest_approach_is_past(name):
     other, wanted = MEETINGS[name]
-    rules = Rules()
+    rules = EncounterTracker()
     for time_s in range(0, 600, 50):
         told = rules.see(frame(time_s, other))["1"]
         assert (told.type, told.role, told.rule) == wanted, time_s
@@ -30,7 +30,7 @@ def test_rules_13_to_17_until_the_closest_approach_is_past(name):
 
 def test_the_kind_is_taken_at_first_risk_and_does_not_change():
     """Rule 13(d): no later alteration of bearing makes a crossing of an overtaking."""
-    rules = Rules()
+    rules = EncounterTracker()
     slow = Other(north_m=1800.0, course_deg=0.0, speed_m_s=2.0)
     rules.see(frame(0, slow))
     told = rules.see(frame(5, Other(east_m=1500.0, north_m=1500.0, course_deg=270.0)))["1"]
@@ -38,7 +38,7 @@ def test_the_kind_is_taken_at_first_risk_and_does_not_change():
 
 
 def test_ships_keep_their_meetings_as_others_come_and_go():
-    rules = Rules()
+    rules = EncounterTracker()
     ahead, starboard = Other("a"), MEETINGS["from starboard"][0]
     others = [Other(str(k), north_m=-9000.0 - k) for k in range(9)]
     rules.see(frame(0, ahead))
@@ -50,13 +50,13 @@ def test_ships_keep_their_meetings_as_others_come_and_go():
 
 
 def test_no_risk_no_rule():
-    told = Rules().see(frame(0, Other(east_m=15_000.0), Other("2", lost=True)))
+    told = EncounterTracker().see(frame(0, Other(east_m=15_000.0), Other("2", lost=True)))
     assert [m.type for m in told.values()] == ["none", "none"]
 
 
 def test_a_ship_that_stops_is_in_no_meeting():
     """What is left of her course is the noise of her position."""
-    rules = Rules()
+    rules = EncounterTracker()
     assert rules.see(frame(0, Other(speed_m_s=0.4)))["1"].type == "head-on"
     assert rules.see(frame(5, Other(speed_m_s=0.2)))["1"].type == "none"
     assert rules.see(frame(10, Other(speed_m_s=0.0, course_deg=0.0)))["1"].type == "none"

@@ -11,14 +11,14 @@ import pytest
 from jax._src import compilation_cache
 from tests.broken_disk import BrokenDisk
 
-from glasshelm.core.compile_cache import keep_compiled, let_go_if_many
+from glasshelm.core.compile_cache import clear_if_full, enable_compile_cache
 
 told = pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="no maps are told here")
 
 
 def test_few_programs_are_kept(monkeypatch):
     monkeypatch.setattr(jax, "clear_caches", lambda: pytest.fail("let go"))
-    assert not let_go_if_many(most=10**9)
+    assert not clear_if_full(most=10**9)
 
 
 @told
@@ -31,7 +31,7 @@ def test_many_are_let_go_and_work_again_afterwards():
         return 2 * x
 
     assert twice(jnp.ones(())) == 2
-    assert let_go_if_many(most=0)
+    assert clear_if_full(most=0)
     assert twice(jnp.ones(())) == 2
     assert len(traced) == 2
 
@@ -42,7 +42,7 @@ def kept(tmp_path) -> Iterator[Path]:
     before = jax.config.values["jax_compilation_cache_dir"]
     jax.config.update("jax_compilation_cache_dir", str(tmp_path / "programs"))
     compilation_cache.reset_cache()
-    keep_compiled()
+    enable_compile_cache()
     yield tmp_path / "programs"
     jax.config.update("jax_compilation_cache_dir", before)
     compilation_cache.reset_cache()

@@ -15,9 +15,9 @@ from tests.bridge.frames import Other, frame
 from tests.broken_disk import BrokenDisk
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.output_dir import claimed, whole, writable
+from glasshelm.core.output_dir import atomic_write, locked_folder, writable_folder
 from glasshelm.core.terminal import Terminal
-from glasshelm.evaluation.result_cache import Kept
+from glasshelm.evaluation.result_cache import ResultCache
 from glasshelm.figures import style
 from glasshelm.frames import frame_log, frame_parquet
 from glasshelm.networks.checkpoint import load_tree, save_tree
@@ -36,13 +36,13 @@ with claimed(pathlib.Path(sys.argv[1])):
 
 
 def text(path: Path, number: int) -> None:
-    with whole(path) as partial, open(partial, "w") as file:
+    with atomic_write(path) as partial, open(partial, "w") as file:
         for _ in range(10):
             file.write(f"{number}\n")
 
 
 def job(path: Path, number: int) -> None:
-    Kept(path.parent).write(path.stem, {"a": np.full(100, number)})
+    ResultCache(path.parent).write(path.stem, {"a": np.full(100, number)})
 
 
 def weights(path: Path, number: int) -> None:
@@ -97,7 +97,7 @@ def failure(write: Callable[[], None]) -> str | None:
 
 
 def interrupted(path: Path) -> None:
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         partial.write_text("half")
         raise KeyboardInterrupt
 
@@ -159,22 +159,22 @@ def test_the_weights_are_those_written(tmp_path):
 
 
 def test_a_folder_is_tried(tmp_path):
-    assert writable(tmp_path / "new" / "one").is_dir()
+    assert writable_folder(tmp_path / "new" / "one").is_dir()
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="a folder is needed"):
-        writable(tmp_path / "file" / "x")
+        writable_folder(tmp_path / "file" / "x")
 
 
 def test_a_folder_has_one_owner_at_a_time(tmp_path):
-    with claimed(tmp_path / "a"):
+    with locked_folder(tmp_path / "a"):
         with (
             pytest.raises(InputError, match="another process is at work there"),
-            claimed(tmp_path / "a"),
+            locked_folder(tmp_path / "a"),
         ):
             pass
-        with claimed(tmp_path / "b"):
+        with locked_folder(tmp_path / "b"):
             pass
-    with claimed(tmp_path / "a"):
+    with locked_folder(tmp_path / "a"):
         pass
 
 
@@ -192,5 +192,5 @@ def test_the_claim_of_a_process_that_was_killed_is_gone(tmp_path):
     finally:
         process.kill()
         process.wait()
-    with claimed(tmp_path):
+    with locked_folder(tmp_path):
         pass

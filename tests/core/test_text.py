@@ -22,7 +22,7 @@ from glasshelm.frames.schema import Frame
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.report import write_report as room
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.simulation.voyage import sail
+from glasshelm.simulation.voyage import simulate
 
 #: Names that mean something to what draws, lays out or prints them.
 NAMES = (
@@ -143,7 +143,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys, command):
 def test_two_futures_of_odd_names(tmp_path, capsys):
     file, log, out = (tmp_path / name for name in ("odd.json", "log.jsonl", "out"))
     file.write_text(situation([r"$\X$", "[/]", "\x1b[31m"]))
-    write(log, sail(read_situation(file, SHIPS["paper"]), pilot_named("paper-sum"), 6))
+    write(log, simulate(read_situation(file, SHIPS["paper"]), pilot_named("paper-sum"), 6))
     options = ("--minutes", "1", "--delete", r"$\X$", "[/]", "--out", str(out))
     assert main(["whatif", str(log), "--at", "10", *options]) == 0
     assert "[/]" in capsys.readouterr().out

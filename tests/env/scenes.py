@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from glasshelm.core.geometry import Vector, to_world
 from glasshelm.encounters.random_encounters import PAPER, random_encounter
 from glasshelm.encounters.types import Encounter, Track, straight_track
-from glasshelm.env.step import Outcome, WorldSettings, begin, step
+from glasshelm.env.step import EnvSettings, StepResult, reset, step
 from glasshelm.ship.nomoto import SHIPS, ShipState
 
 SHIP = SHIPS["paper"]
@@ -83,18 +83,18 @@ def legs(*rows: tuple[float, float, float, float, float, float]) -> Track:
     return Track(*columns[:4], jnp.radians(columns[4]), columns[5])
 
 
-begin_jitted = jax.jit(lambda encounter: begin(encounter, SHIP))
+begin_jitted = jax.jit(lambda encounter: reset(encounter, SHIP))
 
 
 @functools.partial(jax.jit, static_argnames="settings")
-def _sail(encounter: Encounter, rudders, settings: WorldSettings) -> Outcome:
+def _sail(encounter: Encounter, rudders, settings: EnvSettings) -> StepResult:
     def go(state, rudder):
         out = step(encounter, state, rudder, SHIP, settings)
         return out.state, out
 
-    return jax.lax.scan(go, begin(encounter, SHIP), rudders)[1]
+    return jax.lax.scan(go, reset(encounter, SHIP), rudders)[1]
 
 
-def sail(encounter: Encounter, rudders, settings: WorldSettings = WorldSettings()) -> Outcome:
+def sail(encounter: Encounter, rudders, settings: EnvSettings = EnvSettings()) -> StepResult:
     """The outcomes of a row of rudder commands, one a step."""
     return _sail(encounter, jnp.asarray(rudders, jnp.float32), settings)

@@ -37,12 +37,12 @@ def test_everything_seen_lies_in_the_space(ship, encounters):
     env = make(ship=ship, encounters=encounters)
     env.action_space.seed(0)
     for seed in range(4):
-        seen, _ = env.reset(seed=seed)
+        observation, _ = env.reset(seed=seed)
         rudder = np.sign(env.action_space.sample())
         for _ in range(240):
-            assert env.observation_space.contains(seen), seen
-            seen, _, terminated, truncated, _ = env.step(rudder)
-        assert env.observation_space.contains(seen)
+            assert env.observation_space.contains(observation), observation
+            observation, _, terminated, truncated, _ = env.step(rudder)
+        assert env.observation_space.contains(observation)
         assert truncated
         assert not terminated
 
@@ -52,8 +52,8 @@ def test_bounds_are_not_idle():
     space = env.observation_space
     tops = np.zeros(10)
     for seed in range(30):
-        seen, _ = env.reset(seed=seed)
-        tops = np.maximum(tops, np.abs(seen["targets"]).max((0, 1)))
+        observation, _ = env.reset(seed=seed)
+        tops = np.maximum(tops, np.abs(observation["targets"]).max((0, 1)))
     share = tops / space["targets"].high.max((0, 1))
     assert (share <= 1).all()
     assert (share > 0.05).all(), share  # ships begin on collision courses: CPA is near
@@ -62,11 +62,11 @@ def test_bounds_are_not_idle():
 def test_same_seed_same_voyage_and_other_seed_another():
     def voyage(seed):
         env = make(flat=True, encounters=FIVE)
-        seen = [env.reset(seed=seed)[0]]
+        observation = [env.reset(seed=seed)[0]]
         for k in range(5):
-            seen.append(env.step(np.float32([np.sin(k)]))[0])
-        seen.append(env.reset()[0])
-        return np.stack(seen)
+            observation.append(env.step(np.float32([np.sin(k)]))[0])
+        observation.append(env.reset()[0])
+        return np.stack(observation)
 
     first = voyage(3)
     np.testing.assert_array_equal(first, voyage(3))
@@ -103,8 +103,8 @@ def test_info_splits_the_reward_and_tells_how_near_the_ships_are():
         spawn_danger=1.0,
     )
     env = make(encounters=near)
-    seen, info = env.reset(seed=2)
-    distance = seen["targets"][:, 0, 5] * 20_000 * 2**0.5
+    observation, info = env.reset(seed=2)
+    distance = observation["targets"][:, 0, 5] * 20_000 * 2**0.5
     np.testing.assert_allclose(info["range_m"], distance, rtol=1e-4)
     _, reward, _, _, info = env.step(np.ones(1, np.float32))
     assert info["reward"].keys() == {"waypoint", "collision"}
@@ -117,8 +117,8 @@ def test_action_is_a_share_of_the_rudder_limit_starboard_positive():
     env = make(ship="large_ship")
     env.reset(seed=0)
     for _ in range(10):
-        seen, *_ = env.step(np.ones(1, np.float32))
-    assert seen["waypoint"][0, 2] < -0.005  # the waypoint has gone to port
+        observation, *_ = env.step(np.ones(1, np.float32))
+    assert observation["waypoint"][0, 2] < -0.005  # the waypoint has gone to port
     assert float(env._world[1].own.rudder_rad) == pytest.approx(np.radians(5), rel=1e-5)
 
 

@@ -11,9 +11,9 @@ from glasshelm.env.observe import (
     FRAMES,
     TARGET_FEATURES,
     WAYPOINT_FEATURES,
-    Sight,
-    nothing_seen,
-    remember,
+    ObservationFrame,
+    empty_observation,
+    push_frame,
     waypoint_bearing_rad,
 )
 
@@ -125,8 +125,8 @@ def test_lost_target_is_absent_and_all_zero():
 
 
 def test_remember_keeps_no_zero_frames_on_the_first_sight():
-    sight = Sight(jnp.ones(3), 2 * jnp.ones((2, 10)), jnp.array([True, True]))
-    seen = remember(nothing_seen(2), sight, first=True)
+    sight = ObservationFrame(jnp.ones(3), 2 * jnp.ones((2, 10)), jnp.array([True, True]))
+    seen = push_frame(empty_observation(2), sight, first=True)
     assert (seen.waypoint == 1).all()
     assert (seen.targets == 2).all()
 

@@ -10,7 +10,7 @@ from tests.env.scenes import SHIP, random_scene, sail, scene
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.rewards import SubTask
-from glasshelm.env.step import WorldSettings, begin, step
+from glasshelm.env.step import EnvSettings, reset, step
 
 RUDDERS = 0.08 * np.sin(np.arange(60) / 2.0)
 
@@ -23,20 +23,20 @@ def test_a_waypoint_reached_terminates_and_does_not_truncate():
 
 
 def test_the_clock_truncates_and_does_not_terminate():
-    out = sail(scene([]), np.zeros(6), WorldSettings(episode_steps=4))
+    out = sail(scene([]), np.zeros(6), EnvSettings(episode_steps=4))
     assert out.truncated.tolist() == [False] * 3 + [True] * 3
     assert not out.terminated.any()
 
 
 def test_arrival_on_the_last_step_is_termination_alone():
-    out = sail(scene([], route=[(0.0, 600.0)]), np.zeros(4), WorldSettings(episode_steps=4))
+    out = sail(scene([], route=[(0.0, 600.0)]), np.zeros(4), EnvSettings(episode_steps=4))
     assert bool(out.terminated[-1])
     assert not bool(out.truncated[-1])
 
 
 def test_waypoints_are_taken_in_order_and_only_the_last_terminates():
     route = [(0.0, 600.0), (2000.0, 600.0), (2000.0, 4000.0)]
-    state = begin(scene([], route=route), SHIP)
+    state = reset(scene([], route=route), SHIP)
     encounter = scene([], route=route)
     go = eqx.filter_jit(step)
     reached = []
@@ -67,7 +67,7 @@ def test_changing_the_waypoint_pays_no_turn_reward():
 
 def test_jit_does_what_eager_does():
     encounter = random_scene(4)
-    state = begin(encounter, SHIP)
+    state = reset(encounter, SHIP)
     eager = step(encounter, state, jnp.float32(0.05), SHIP)
     jitted = eqx.filter_jit(step)(encounter, state, jnp.float32(0.05), SHIP)
     for a, b in zip(jax.tree.leaves(eager), jax.tree.leaves(jitted), strict=True):
@@ -80,7 +80,7 @@ def test_batch_by_vmap_does_what_one_does():
     rudder = jnp.float32([0.0, 0.05, -0.08])
 
     def once(e, r):
-        return step(e, begin(e, SHIP), r, SHIP)
+        return step(e, reset(e, SHIP), r, SHIP)
 
     together = jax.jit(jax.vmap(once))(batch, rudder)
     for i, encounter in enumerate(encounters):
@@ -145,7 +145,7 @@ def test_voyage_has_finite_gradients():
     encounter = random_scene(7, 3)
 
     def total(rudder, encounter: Encounter):
-        state = begin(encounter, SHIP)
+        state = reset(encounter, SHIP)
 
         def go(state, _):
             out = step(encounter, state, rudder, SHIP)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import motion_at, straight_track
-from glasshelm.env.observe import Observation, nothing_seen, remember, see
-from glasshelm.env.target_selection import RANGE_M, feed, smallest_distance, to_slots
+from glasshelm.env.observe import Observation, empty_observation, observe, push_frame
+from glasshelm.env.target_selection import RANGE_M, select_targets, smallest_distance, to_slots
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipState
 
@@ -32,74 +32,76 @@ def look(east, north, course, speed, present) -> Observation:
     motion = motion_at(straight_track(east, north, course, speed), jnp.zeros(()))
     own = ShipState.steady(0.0, 0.0, 0.7, 5.0)
     waypoint = Vector(jnp.asarray(0.0), jnp.asarray(46_300.0))
-    sight = see(own, waypoint, motion, present)
-    return remember(nothing_seen(east.shape[0]), sight, True)
+    sight = observe(own, waypoint, motion, present)
+    return push_frame(empty_observation(east.shape[0]), sight, True)
 
 
-fed_of = jax.jit(feed, static_argnums=(1, 2))
+fed_of = jax.jit(select_targets, static_argnums=(1, 2))
 
 
-def permuted(seen: Observation, order: np.ndarray) -> Observation:
-    return Observation(seen.waypoint, seen.targets[order], seen.present[order])
+def permuted(observation: Observation, order: np.ndarray) -> Observation:
+    return Observation(observation.waypoint, observation.targets[order], observation.present[order])
 
 
-def chosen(seen: Observation, capacity: int) -> set[int]:
-    fed, indices = fed_of(seen, capacity, LOA_M)
+def chosen(observation: Observation, capacity: int) -> set[int]:
+    fed, indices = fed_of(observation, capacity, LOA_M)
     return set(np.asarray(indices)[np.asarray(fed.present)].tolist())
 
 
-def range_m(seen: Observation) -> np.ndarray:
-    return np.hypot(*np.asarray(seen.targets[:, 0, :2]).T) * 20_000
+def range_m(observation: Observation) -> np.ndarray:
+    return np.hypot(*np.asarray(observation.targets[:, 0, :2]).T) * 20_000
 
 
 def test_few_slots_pass_unchanged():
-    seen = traffic(np.random.default_rng(0), 6)
-    fed, indices = feed(seen, 6)
-    assert fed is seen
+    observation = traffic(np.random.default_rng(0), 6)
+    fed, indices = select_targets(observation, 6)
+    assert fed is observation
     np.testing.assert_array_equal(indices, np.arange(6))
 
 
 @pytest.mark.parametrize("slots", [0, 1])
 def test_nobody_and_one(slots):
-    fed, indices = feed(nothing_seen(slots), 20)
+    fed, indices = select_targets(empty_observation(slots), 20)
     assert fed.present.shape == indices.shape == (slots,)
 
 
 @given(st.integers(0, 10_000))
 def test_chosen_ships_do_not_depend_on_the_order_of_slots(seed):
     rng = np.random.default_rng(seed)
-    seen, order = traffic(rng, 40), rng.permutation(40)
-    assert {int(order[i]) for i in chosen(permuted(seen, order), 8)} == chosen(seen, 8)
+    observation, order = traffic(rng, 40), rng.permutation(40)
+    assert {int(order[i]) for i in chosen(permuted(observation, order), 8)} == chosen(
+        observation, 8
+    )
 
 
 @given(st.integers(0, 10_000))
 def test_a_ship_in_the_domain_is_always_fed(seed):
     rng = np.random.default_rng(seed)
-    seen = traffic(rng, 40, spread_m=5_000.0)
-    x, y = np.asarray(seen.targets[:, 0, :2]).T * 20_000
+    observation = traffic(rng, 40, spread_m=5_000.0)
+    x, y = np.asarray(observation.targets[:, 0, :2]).T * 20_000
     half_axes = np.where(x >= 0, 3.2, 1.6) * LOA_M, np.where(y >= 0, 6.4, 1.6) * LOA_M
     inside = np.hypot(x / half_axes[0], y / half_axes[1]) < 1
-    inside = set(np.flatnonzero(inside & np.asarray(seen.present)).tolist())
-    kept = chosen(seen, 4)
+    inside = set(np.flatnonzero(inside & np.asarray(observation.present)).tolist())
+    kept = chosen(observation, 4)
     assert inside <= kept if len(inside) <= 4 else kept <= inside
 
 
 @given(st.integers(0, 10_000))
 def test_only_ships_that_are_there_and_near(seed):
-    seen = traffic(np.random.default_rng(seed), 40)
-    near = (range_m(seen) <= RANGE_M) & np.asarray(seen.present)
-    kept = chosen(seen, 39)
+    observation = traffic(np.random.default_rng(seed), 40)
+    near = (range_m(observation) <= RANGE_M) & np.asarray(observation.present)
+    kept = chosen(observation, 39)
     assert kept <= set(np.flatnonzero(near).tolist())
     assert len(kept) == min(39, near.sum())
 
 
 def test_fed_rows_are_those_of_their_slots_and_the_rest_is_zero():
-    seen = traffic(np.random.default_rng(3), 40)
-    present = seen.present.at[5:].set(False)
-    seen = Observation(seen.waypoint, seen.targets, present)
-    fed, indices = fed_of(seen, 8, LOA_M)
+    observation = traffic(np.random.default_rng(3), 40)
+    present = observation.present.at[5:].set(False)
+    observation = Observation(observation.waypoint, observation.targets, present)
+    fed, indices = fed_of(observation, 8, LOA_M)
     for slot in range(8):
-        expected = seen.targets[indices[slot]] if fed.present[slot] else 0.0
+        expected = observation.targets[indices[slot]] if fed.present[slot] else 0.0
         np.testing.assert_array_equal(fed.targets[slot], jnp.broadcast_to(expected, (5, 10)))
     assert bool(jnp.all(indices[1:] > indices[:-1]))
 
@@ -113,14 +115,14 @@ def test_a_ship_on_collision_course_comes_before_a_nearer_one_that_opens():
     v = own_v[:, None] + 5 * np.array([np.sin(bearing), np.cos(bearing)])
     course, speed = np.arctan2(v[0], v[1]), np.hypot(*v)
     ahead = 12_000 * np.array([np.sin(0.7), np.cos(0.7)])
-    seen = seen_of(
+    observation = seen_of(
         np.append(east, ahead[0]),
         np.append(north, ahead[1]),
         np.append(course, 0.7 + np.pi),
         np.append(speed, 5.0),
         np.ones(31, bool),
     )
-    assert chosen(seen, 1) == {30}
+    assert chosen(observation, 1) == {30}
 
 
 @jax.jit
@@ -143,18 +145,18 @@ def test_smallest_distance_against_small_steps(seed):
 
 
 def test_values_go_back_to_their_slots():
-    seen = traffic(np.random.default_rng(5), 30)
-    fed, indices = fed_of(seen, 6, LOA_M)
+    observation = traffic(np.random.default_rng(5), 30)
+    fed, indices = fed_of(observation, 6, LOA_M)
     back = to_slots(jnp.arange(1.0, 7.0), indices, fed.present, 30)
-    assert set(np.flatnonzero(back).tolist()) == chosen(seen, 6)
+    assert set(np.flatnonzero(back).tolist()) == chosen(observation, 6)
     np.testing.assert_array_equal(back[indices], jnp.where(fed.present, jnp.arange(1.0, 7.0), 0))
 
 
 def test_jit_and_vmap_agree_with_eager():
     pair = [traffic(np.random.default_rng(i), 30) for i in range(2)]
     stacked = jax.tree.map(lambda *x: jnp.stack(x), *pair)
-    fed, indices = jax.jit(jax.vmap(lambda s: feed(s, 8, LOA_M)))(stacked)
-    for i, seen in enumerate(pair):
-        one, places = feed(seen, 8, LOA_M)
+    fed, indices = jax.jit(jax.vmap(lambda s: select_targets(s, 8, LOA_M)))(stacked)
+    for i, observation in enumerate(pair):
+        one, places = select_targets(observation, 8, LOA_M)
         np.testing.assert_array_equal(indices[i], places)
         np.testing.assert_array_equal(fed.targets[i], one.targets)

@@ -40,8 +40,8 @@ class _Hard(eqx.Module):
     def start(self, worlds):
         return ()
 
-    def __call__(self, seen, memory):
-        return jnp.ones(seen.waypoint.shape[0]), memory
+    def __call__(self, observation, memory):
+        return jnp.ones(observation.waypoint.shape[0]), memory
 
 
 _HARD = _Hard()
@@ -78,16 +78,16 @@ def test_the_way_out_stays_open_until_the_turn_takes_too_long(found):
 def test_a_ship_in_the_way_from_the_start_leaves_none(found):
     assert found[2].verdict is Verdict.OPEN
     assert found[2].way_out_until_s is None
-    seen = explained(StraightPilot(), batch([ON_TOP]), Event.INTRUSION, Hopeful())
-    assert [f.verdict for f in seen] == [Verdict.NO_WAY]
-    assert seen[0].searched
-    assert not seen[0].seer_clear
+    observation = explained(StraightPilot(), batch([ON_TOP]), Event.INTRUSION, Hopeful())
+    assert [f.verdict for f in observation] == [Verdict.NO_WAY]
+    assert observation[0].searched
+    assert not observation[0].seer_clear
 
 
 def test_company_is_who_stood_in_the_way():
-    def shy(seen):
+    def shy(observation):
         """To starboard, but not with two ships in sight."""
-        return jnp.where(seen.present.sum() == 1, 1.0, 0.0)
+        return jnp.where(observation.present.sum() == 1, 1.0, 0.0)
 
     pilot = FunctionPilot(shy, "shy", True)
     found = explained(pilot, batch([AHEAD, BESIDE]))

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, encounter, suite
 
-from glasshelm.evaluation.contenders import Entrant, digest_of, entrants
+from glasshelm.evaluation.contenders import Contender, contenders_named, digest_of
 from glasshelm.evaluation.measure_columns import gather
-from glasshelm.evaluation.result_cache import done, jobs_of
+from glasshelm.evaluation.result_cache import jobs_of, run_job
 from glasshelm.evaluation.rollout import helm_for, sail
 from glasshelm.evaluation.suites.disturbed_suite import disturbed_suites
 from glasshelm.evaluation.worst_cases import replayed
@@ -19,7 +19,7 @@ from glasshelm.planning.cross_entropy_search import SearchSettings, as_sailed
 from glasshelm.ship.nomoto import SHIPS
 
 SEER = Clairvoyant(SHIP, "seer", (StraightPilot(),), SearchSettings(8, 16, 4, 6))
-ENTRANT = Entrant("seer", "paper", SHIP, (SEER,))
+ENTRANT = Contender("seer", "paper", SHIP, (SEER,))
 
 
 class Weaving:
@@ -62,11 +62,11 @@ def test_what_a_seer_is_told_is_all_that_decides_the_voyage():
 def test_it_is_examined_as_a_pilot_is_and_its_voyages_are_drawn_as_they_were():
     """It keeps clear where doing nothing collides; drawn alone the voyage is the same."""
     made = suite(encounter(HEAD_ON), encounter(ABEAM), encounter(HEAD_ON))
-    parts = [(job, done(job)) for job in jobs_of(made, 0, ENTRANT, chunk=2)]
+    parts = [(job, run_job(job)) for job in jobs_of(made, 0, ENTRANT, chunk=2)]
     found = gather(made, ENTRANT, 0, parts)
     assert not found.columns["intruded"].any()
     assert found.columns["margin"][0] == found.columns["margin"][2]
-    straight = gather(made, ENTRANT, 0, [(j, done(_instead(j))) for j, _ in parts])
+    straight = gather(made, ENTRANT, 0, [(j, run_job(_instead(j))) for j, _ in parts])
     assert straight.columns["collided"].tolist() == [True, False, True]
     (frames,) = replayed(found, np.array([2]))
     nearest = min(target.range_m for frame in frames for target in frame.targets)
@@ -78,7 +78,7 @@ def _instead(job):
 
 
 def test_by_name_it_is_an_entrant_of_its_own_ship():
-    first, second = entrants(["paper-clairvoyant", "large-ship-clairvoyant"])
+    first, second = contenders_named(["paper-clairvoyant", "large-ship-clairvoyant"])
     assert (first.name, first.ship_name, first.ship) == (
         "paper-clairvoyant", "paper", SHIPS["paper"],
     )  # fmt: skip

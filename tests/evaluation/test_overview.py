@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from glasshelm.evaluation.contenders import entrants
+from glasshelm.evaluation.contenders import contenders_named
 from glasshelm.evaluation.examination import Examined, Provenance
 from glasshelm.evaluation.measure_columns import Sailed
 from glasshelm.evaluation.overview import overview
@@ -12,7 +12,7 @@ from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.ship.nomoto import SHIPS
 
 SUITE = random_suite(SHIPS["paper"], 8)
-PILOTS = entrants(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
+PILOTS = contenders_named(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
 
 
 def sailed(name: str, pilot: int, hits: int) -> Sailed:

@@ -10,7 +10,7 @@ from tests.missing import needed
 
 from glasshelm.core.errors import InputError
 from glasshelm.evaluation.ray_workers import workers_named
-from glasshelm.evaluation.result_cache import done, here
+from glasshelm.evaluation.result_cache import here, run_job
 
 #: A crowded machine takes long to begin, and has little memory left: neither is for Ray to judge.
 PATIENT = {
@@ -60,7 +60,7 @@ def test_without_ray_one_line_says_what_to_install(monkeypatch):
 def test_jobs_do_not_depend_on_who_does_them_in_which_order():
     """What Ray's workers rely on: a job is a pure function of itself."""
     given = jobs()
-    backwards = {place: done(given[place]) for place in reversed(range(len(given)))}
+    backwards = {place: run_job(given[place]) for place in reversed(range(len(given)))}
     for place, found in here(given):
         for name, values in found.items():
             np.testing.assert_array_equal(values, backwards[place][name])

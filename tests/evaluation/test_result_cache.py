@@ -8,12 +8,12 @@ from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, encounter, suite
 
 from glasshelm.core.errors import InputError
 from glasshelm.evaluation import result_cache as jobs_module
-from glasshelm.evaluation.contenders import Entrant
+from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.measure_columns import gather
-from glasshelm.evaluation.result_cache import Kept, all_done, done, here, jobs_of
+from glasshelm.evaluation.result_cache import ResultCache, all_done, here, jobs_of, run_job
 from glasshelm.pilots.straight import StraightPilot
 
-STRAIGHT = Entrant("straight", "paper", SHIP, (StraightPilot(),))
+STRAIGHT = Contender("straight", "paper", SHIP, (StraightPilot(),))
 PLACES = [HEAD_ON, ABEAM, (3000.0, 4000.0, 250.0, 6.0), (-2500.0, 3000.0, 80.0, 5.0), HEAD_ON]
 SUITE = suite(*(encounter(place) for place in PLACES), steps=24)
 
@@ -47,16 +47,16 @@ def test_a_key_tells_pilots_cases_and_steps_apart_and_nothing_else():
 def test_finished_chunks_are_not_sailed_again_and_results_are_the_same_to_the_bit(
     tmp_path, monkeypatch
 ):
-    kept = Kept(tmp_path)
+    kept = ResultCache(tmp_path)
     begun = iter(all_done(jobs(), kept, here))
     next(begun), next(begun)
     del begun  # interrupted in the middle of the third
     assert len(list(tmp_path.glob("*.npz"))) == 2
     sailed = []
-    monkeypatch.setattr(jobs_module, "done", lambda job: sailed.append(job) or done(job))
+    monkeypatch.setattr(jobs_module, "done", lambda job: sailed.append(job) or run_job(job))
     resumed = gather(SUITE, STRAIGHT, 0, list(all_done(jobs(), kept, here)))
     assert len(sailed) == 1
-    afresh = gather(SUITE, STRAIGHT, 0, [(job, done(job)) for job in reversed(jobs())])
+    afresh = gather(SUITE, STRAIGHT, 0, [(job, run_job(job)) for job in reversed(jobs())])
     for name, values in resumed.columns.items():
         np.testing.assert_array_equal(values, afresh.columns[name], err_msg=name)
     for name, values in resumed.meetings.items():
@@ -64,8 +64,8 @@ def test_finished_chunks_are_not_sailed_again_and_results_are_the_same_to_the_bi
 
 
 def test_a_damaged_file_is_sailed_again(tmp_path):
-    kept, job = Kept(tmp_path), jobs()[0]
-    found = done(job)
+    kept, job = ResultCache(tmp_path), jobs()[0]
+    found = run_job(job)
     kept.write(job.key, found)
     assert kept.read(job.key) is not None
     kept.path(job.key).write_bytes(kept.path(job.key).read_bytes()[:300])
@@ -73,14 +73,14 @@ def test_a_damaged_file_is_sailed_again(tmp_path):
 
 
 def test_results_are_in_the_order_of_the_suite():
-    found = gather(SUITE, STRAIGHT, 0, [(job, done(job)) for job in jobs()])
+    found = gather(SUITE, STRAIGHT, 0, [(job, run_job(job)) for job in jobs()])
     north = np.array([place[1] for place in PLACES])
     assert np.argmin(found.columns["nearest_m"]) == np.argmin(north)
     assert found.columns["nearest_m"][0] == found.columns["nearest_m"][4]
 
 
 def test_a_pilot_that_gives_no_number_is_named():
-    parts = [(job, done(job)) for job in jobs()]
+    parts = [(job, run_job(job)) for job in jobs()]
     parts[1][1]["finite"] = np.zeros(2, bool)
     with pytest.raises(InputError, match="'straight' gave a rudder that is no number"):
         gather(SUITE, STRAIGHT, 0, parts)

@@ -12,7 +12,7 @@ from tests.evaluation.cases import SHIP, encounter
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Track
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S
-from glasshelm.env.step import begin, observe_step
+from glasshelm.env.step import observe_step, reset
 from glasshelm.evaluation.sensor_model import Disturbance, first_picture, next_picture
 from glasshelm.evaluation.suites.disturbed_suite import turned_track
 from glasshelm.ship.nomoto import ShipState, advance
@@ -33,7 +33,7 @@ def perfect(**other) -> Disturbance:
 
 def sail(by: Disturbance, where=TWO, rudder=0.03):
     """True observations and those shown, over 300 s with a steady rudder."""
-    state = begin(where, SHIP)
+    state = reset(where, SHIP)
     picture = first_picture(by, where, where.own)
 
     def go(carry, _):
@@ -53,8 +53,8 @@ def sail(by: Disturbance, where=TWO, rudder=0.03):
     return true, shown
 
 
-def positions(seen):
-    return seen.targets[:, :, 0, :2] * LENGTH_M
+def positions(observation):
+    return observation.targets[:, :, 0, :2] * LENGTH_M
 
 
 def test_perfect_instruments_show_the_world_as_it_is():

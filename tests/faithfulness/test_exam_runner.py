@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.untrained import observation, untrained
 
-from glasshelm.evaluation.result_cache import Kept
+from glasshelm.evaluation.result_cache import ResultCache
 from glasshelm.faithfulness.bootstrap import mean_with_interval
 from glasshelm.faithfulness.counterfactual import turned_without
 from glasshelm.faithfulness.exam_runner import MEASURES, after_layers, examine
@@ -81,7 +81,7 @@ def test_scores_are_kept_to_the_bit_and_not_computed_again(examined, tmp_path):
     def never():
         raise AssertionError("examined again")
 
-    pilot, kept = examined.pilot, Kept(tmp_path)
+    pilot, kept = examined.pilot, ResultCache(tmp_path)
     key = key_of(pilot, 32, 12, (3,))
     assert kept_or(lambda: examined, kept, key, pilot) == (examined, False)
     again, before = kept_or(never, kept, key, pilot)

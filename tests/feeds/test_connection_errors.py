@@ -10,7 +10,7 @@ from tests.feeds.live import pictured, until
 
 from glasshelm.feeds.connection_errors import reason
 from glasshelm.feeds.feed_factory import feed_from, signalk_server
-from glasshelm.live.signalk_writer import WriteBack
+from glasshelm.live.signalk_writer import SignalKWriter
 
 NOBODY = OSError(errno.ECONNREFUSED, "Connect call failed ('127.0.0.1', 21110)")
 
@@ -66,7 +66,7 @@ def test_a_token_goes_nowhere_else_than_to_its_server():
         first = await asyncio.start_server(here, "127.0.0.1", 0)
         async with elsewhere, first:
             port = first.sockets[0].getsockname()[1]
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
             task = asyncio.create_task(writer.run())
             await until(lambda: writer.trouble)
             task.cancel()

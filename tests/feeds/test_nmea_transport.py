@@ -15,7 +15,7 @@ from tests.clock import now_s, run
 from tests.feeds.live import pictured, shown, until
 
 from glasshelm.ais.nmea_sentence import LONGEST_LINE, checksum_of
-from glasshelm.ais.reports import Refusal
+from glasshelm.ais.reports import RejectReason
 from glasshelm.core.errors import InputError
 from glasshelm.feeds.backoff import Backoff
 from glasshelm.feeds.feed_factory import feed_from
@@ -121,7 +121,7 @@ def test_what_is_cut_off_by_a_broken_connection_is_counted(traffic):
 
     counts = asyncio.run(watch())
     assert counts.waiting == 0
-    assert counts.refused[Refusal.PART_MISSING] == 1
+    assert counts.refused[RejectReason.PART_MISSING] == 1
     assert counts.understood == 0
 
 
@@ -137,7 +137,7 @@ def test_a_line_without_end_is_refused_and_takes_no_memory(traffic):
 
     counts = asyncio.run(watch())
     assert counts.heard == 3
-    assert counts.refused[Refusal.TOO_LONG] == 1
+    assert counts.refused[RejectReason.TOO_LONG] == 1
 
 
 def test_traffic_over_udp(traffic):
@@ -183,7 +183,7 @@ def test_datagrams_that_come_faster_than_read_are_counted(padding):
 
     counts = asyncio.run(flood())
     assert counts.heard == 2 * (most + 10)
-    assert counts.refused[Refusal.OVERRUN] == 20
+    assert counts.refused[RejectReason.OVERRUN] == 20
     assert counts.waiting == 0
 
 
@@ -303,7 +303,7 @@ def test_a_station_with_its_zone_in_the_time_moves_nothing(
 
     feed, reports = asyncio.run(play())
     assert len(reports) == len(lines)
-    assert feed.counts.refused[Refusal.TIME_JUMP] == len(wrong)
+    assert feed.counts.refused[RejectReason.TIME_JUMP] == len(wrong)
     assert named in feed.counts.sentence()
 
 

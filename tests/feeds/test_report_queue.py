@@ -5,11 +5,11 @@ import itertools
 from tests.live.reports import own, ship, targets
 
 from glasshelm.feeds import report_queue as waiting_module
-from glasshelm.feeds.report_queue import LEAST_TAKEN, MOST_OTHERS, MOST_OWN, Waiting
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.feeds.report_queue import LEAST_TAKEN, MOST_OTHERS, MOST_OWN, ReportQueue
+from glasshelm.live.traffic_picture import TrafficPicture
 
 
-class Noted(Picture):
+class Noted(TrafficPicture):
     """Notes what it takes."""
 
     def __init__(self):
@@ -22,7 +22,7 @@ class Noted(Picture):
 
 
 def test_all_that_waits_is_taken_in_its_order():
-    waiting, picture = Waiting(), Noted()
+    waiting, picture = ReportQueue(), Noted()
     given = [own(k) if k % 3 == 0 else ship(k, k, 1000.0 * k) for k in range(50)]
     for report in given:
         waiting.put(report)
@@ -34,7 +34,7 @@ def test_all_that_waits_is_taken_in_its_order():
 
 def test_of_too_much_the_picture_is_of_now(monkeypatch):
     """A look that can afford 500: own ship, the latest, and the last of those nearest to her."""
-    waiting, picture = Waiting(), Noted()
+    waiting, picture = ReportQueue(), Noted()
     for report in (own(), ship(1), ship(2, 0, 3000.0)):
         waiting.put(report)
     waiting.take(picture)
@@ -56,7 +56,7 @@ def test_of_too_much_the_picture_is_of_now(monkeypatch):
 
 
 def test_a_look_that_takes_too_long_ends_and_the_next_takes_less(monkeypatch):
-    waiting, picture = Waiting(), Noted()
+    waiting, picture = ReportQueue(), Noted()
     clock = itertools.count()
     monkeypatch.setattr(waiting_module.time, "monotonic", lambda: next(clock) / 1e3)
     for k in range(5000):
@@ -68,7 +68,7 @@ def test_a_look_that_takes_too_long_ends_and_the_next_takes_less(monkeypatch):
 
 
 def test_what_waits_is_bounded_and_own_ship_s_is_not_washed_away():
-    waiting = Waiting()
+    waiting = ReportQueue()
     waiting.put(own())
     for k in range(2 * MOST_OTHERS):
         waiting.put(ship(k % 10, k / 100))

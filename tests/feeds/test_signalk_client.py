@@ -10,12 +10,12 @@ from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import pictured, running, shown, until
 from websockets.asyncio.server import serve
 
-from glasshelm.ais.reports import Refusal
+from glasshelm.ais.reports import RejectReason
 from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE
 from glasshelm.core.errors import InputError
 from glasshelm.feeds.backoff import Backoff
 from glasshelm.feeds.feed_factory import feed_from, signalk_server
-from glasshelm.live.signalk_writer import CLOSEST, RUDDER, SELF, WriteBack, said_of
+from glasshelm.live.signalk_writer import CLOSEST, RUDDER, SELF, SignalKWriter, said_of
 
 
 @pytest.fixture(autouse=True)
@@ -75,7 +75,7 @@ def test_a_message_too_long_is_counted_and_the_feed_goes_on():
         return feed.counts
 
     counts = asyncio.run(watch())
-    assert counts.refused[Refusal.TOO_LONG] >= 2
+    assert counts.refused[RejectReason.TOO_LONG] >= 2
     assert counts.waiting == 0
 
 
@@ -134,7 +134,7 @@ def test_only_what_changed_is_written_and_a_new_connection_gets_all():
 
     async def write():
         async with server(0) as (port, got, asked):
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
             task = running(writer.run())
             await task.__aenter__()
             writer.tell(frame, [alarm])
@@ -168,7 +168,7 @@ def test_only_what_changed_is_written_and_a_new_connection_gets_all():
 def test_who_falls_silent_leaves_nothing_standing():
     async def write():
         async with server(0) as (port, got, _):
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
             async with running(writer.run()):
                 alarm = Alarm("1", "A", "unacknowledged", "CPA 0.05 NM in 1:00")
                 writer.tell(frame_of(0.05, [target_of("1", 100.0, 60.0)]), [alarm])

@@ -72,7 +72,7 @@ def test_absent_is_not_written(tmp_path):
 
 def test_every_frame_is_on_disk_at_once(tmp_path):
     path = tmp_path / "log.jsonl"
-    with frame_log.Logbook(path) as log:
+    with frame_log.FrameLog(path) as log:
         for count, one in enumerate(FRAMES, start=1):
             log.write(one)
             assert len(list(frame_log.read(path))) == count
@@ -86,7 +86,7 @@ def test_a_torn_tail_is_left_out_and_then_written_over(tmp_path, left):
     start_of_last = whole.rstrip(b"\n").rfind(b"\n") + 1
     path.write_bytes(whole[: start_of_last + left])
     assert list(frame_log.read(path)) == FRAMES[:2]
-    with frame_log.Logbook(path) as log:
+    with frame_log.FrameLog(path) as log:
         log.write(FRAMES[2])
     assert path.read_bytes() == whole
 
@@ -95,7 +95,7 @@ def test_a_log_torn_in_its_first_line_begins_anew(tmp_path):
     path = tmp_path / "log.jsonl"
     path.write_bytes(b'{"time_s": 1' + b" " * 200_000)
     assert list(frame_log.read(path)) == []
-    with frame_log.Logbook(path) as log:
+    with frame_log.FrameLog(path) as log:
         log.write(FRAMES[0])
     assert list(frame_log.read(path)) == FRAMES[:1]
 
@@ -119,7 +119,7 @@ def test_no_such_log(tmp_path):
     with pytest.raises(InputError, match="No such file"):
         list(frame_log.read(tmp_path / "none.jsonl"))
     with pytest.raises(InputError, match="cannot write the log"):
-        frame_log.Logbook(tmp_path)
+        frame_log.FrameLog(tmp_path)
 
 
 def test_the_published_schema_is_the_codes():

@@ -8,7 +8,7 @@ import numpy as np
 
 from glasshelm.ais.reports import Report
 from glasshelm.env.step import targets_at
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["large_ship"]
@@ -39,7 +39,7 @@ def ship(number, seconds=0.0, north_m=2000.0, **said):
 
 
 def taken(*reports, **settings):
-    picture = Picture("test", **settings)
+    picture = TrafficPicture("test", **settings)
     for report in reports:
         picture.take(report)
     return picture

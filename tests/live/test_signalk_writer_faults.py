@@ -11,7 +11,7 @@ from websockets.asyncio.server import serve
 from glasshelm.feeds.backoff import Backoff
 from glasshelm.feeds.feed_factory import signalk_server
 from glasshelm.live import signalk_writer
-from glasshelm.live.signalk_writer import RUDDER, SELF, WriteBack
+from glasshelm.live.signalk_writer import RUDDER, SELF, SignalKWriter
 
 ALARM = Alarm("1", "A", "unacknowledged", "CPA 0.05 NM in 1:00")
 FRAMES = [
@@ -102,7 +102,7 @@ def test_every_call_fails_in_turn(error, count, late):
         server, broken = Server(), Broken(first, count, error, late)
         async with serve(server.talk, "127.0.0.1", 0) as serving:
             port = serving.sockets[0].getsockname()[1]
-            writer = WriteBack(broken.of(signalk_server(f"signalk://127.0.0.1:{port}", "x")))
+            writer = SignalKWriter(broken.of(signalk_server(f"signalk://127.0.0.1:{port}", "x")))
             async with running(writer.run()):
                 for frame in FRAMES:
                     writer.tell(frame, [ALARM])
@@ -134,7 +134,7 @@ def test_what_fails_while_it_ends_is_tried_again_once_more(late):
         server, broken = Server(), Broken(10**9, 0, OSError("gone"), late)
         async with serve(server.talk, "127.0.0.1", 0) as serving:
             port = serving.sockets[0].getsockname()[1]
-            writer = WriteBack(broken.of(signalk_server(f"signalk://127.0.0.1:{port}", "x")))
+            writer = SignalKWriter(broken.of(signalk_server(f"signalk://127.0.0.1:{port}", "x")))
             async with running(writer.run()):
                 writer.tell(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
@@ -157,7 +157,7 @@ def test_who_tells_no_more_is_withdrawn(monkeypatch):
         server = Server()
         async with serve(server.talk, "127.0.0.1", 0) as serving:
             port = serving.sockets[0].getsockname()[1]
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
                 for _ in range(10):
                     writer.tell(FRAMES[0], [])
@@ -177,7 +177,7 @@ def test_what_one_who_was_killed_has_left_goes_with_the_first_word():
         server.stands[SELF, RUDDER] = 0.1
         async with serve(server.talk, "127.0.0.1", 0) as serving:
             port = serving.sockets[0].getsockname()[1]
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
                 writer.fall_silent()
                 await until(lambda: not server.stands, 20)
@@ -197,7 +197,7 @@ def test_a_line_that_breaks_while_it_ends_is_opened_once_more():
 
         async with serve(talk, "127.0.0.1", 0) as serving:
             port = serving.sockets[0].getsockname()[1]
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
                 writer.tell(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
@@ -214,7 +214,7 @@ def test_what_cannot_be_told_is_withdrawn_and_raised(monkeypatch):
         server = Server()
         async with serve(server.talk, "127.0.0.1", 0) as serving:
             port = serving.sockets[0].getsockname()[1]
-            writer = WriteBack(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
+            writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
                 writer.tell(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)

@@ -10,23 +10,23 @@ import pytest
 from benchmarks.feeds_fuzz import recording
 from tests.live.reports import SHIP, T0, at, own, ship, taken, targets
 
-from glasshelm.ais.reports import Refusal, Report
+from glasshelm.ais.reports import RejectReason, Report
 from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
-from glasshelm.env.step import WorldSettings, begin
+from glasshelm.env.step import EnvSettings, reset
 from glasshelm.live import fleet
 from glasshelm.live.fleet import FORGOTTEN_S
-from glasshelm.live.traffic_picture import SHOWN_M, SLOTS, Picture
+from glasshelm.live.traffic_picture import SHOWN_M, SLOTS, TrafficPicture
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import KNOT_M_S
-from glasshelm.simulation.explained_step import moment_of, never_held
+from glasshelm.simulation.explained_step import explain_step, never_held
 from glasshelm.simulation.frame_builder import FrameBuilder
-from glasshelm.simulation.voyage import sail
+from glasshelm.simulation.voyage import simulate
 
 
 def test_nothing_is_known_at_first():
-    picture = Picture()
+    picture = TrafficPicture()
     assert picture.heard is None
     assert picture.now() is None
     assert picture.scenario(T0, SHIP) is None
@@ -71,7 +71,7 @@ def test_motion_that_is_not_said_is_taken_from_positions():
 
 def test_the_gulf_of_finland_is_seen_as_the_recording_has_it():
     reports = recording()
-    picture = Picture("gulf")
+    picture = TrafficPicture("gulf")
     for i in range(len(reports)):
         r = reports
         mine = r.mmsi[i] == OWN_SENSORS
@@ -94,7 +94,12 @@ def test_the_gulf_of_finland_is_seen_as_the_recording_has_it():
     assert "230035780" not in {info.id for info in scenario.targets}
     refused = picture.counts.refused
     # What recorded traffic drops is refused here as well, and hardly anything else.
-    assert refused[Refusal.JUMP] == refused[Refusal.TIME_JUMP] == refused[Refusal.IMPOSSIBLE] == 0
+    assert (
+        refused[RejectReason.JUMP]
+        == refused[RejectReason.TIME_JUMP]
+        == refused[RejectReason.IMPOSSIBLE]
+        == 0
+    )
     assert picture.counts.understood > 0.95 * picture.counts.heard
 
 
@@ -129,14 +134,14 @@ def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
     monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
     picture = taken(own(), *(ship(n, 0, 500.0 + 10.0 * n) for n in range(1, 51)))
     refused = [picture.take(ship(n, 1, 3000.0 + n)) for n in range(100, 1000)]
-    assert refused.count(Refusal.FAR) > 700
+    assert refused.count(RejectReason.FAR) > 700
     assert {str(n) for n in range(1, 51)} <= set(targets(picture, 1))
     assert picture.take(ship(2000, 1, 600.0)) is None  # a near one always has room
     assert "2000" in targets(picture, 1)
     notes = picture.scenario(at(1), SHIP).notes
     assert any(note.startswith("more ships are heard than are kept") for note in notes)
     # Who tells no place is not kept while there are too many, and the notes go as they go.
-    assert picture.take(Report(id="3000", time=at(1), name="X")) is Refusal.FAR
+    assert picture.take(Report(id="3000", time=at(1), name="X")) is RejectReason.FAR
     for seconds in range(100, 1100, 100):
         picture.take(own(seconds, 5.0 * seconds))
     picture.scenario(at(1000), SHIP)
@@ -146,7 +151,7 @@ def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
 
 def test_where_own_ship_is_not_known_the_ships_heard_last_are_kept(monkeypatch):
     monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
-    picture = Picture()
+    picture = TrafficPicture()
     for n in range(1, 1000):
         picture.take(ship(n, n / 10, 10.0 * n))
     assert len(picture) <= 110
@@ -163,15 +168,15 @@ def test_ships_out_of_sight_are_known_and_not_shown():
 @pytest.mark.parametrize("name", ["straight", "large-ship-planner", "large-ship-attention"])
 def test_pilots_take_it_and_nothing_is_compiled_anew(name):
     """Ships come, go and change; what was compiled for the first scenario serves all."""
-    pilot, settings = pilot_named(name), WorldSettings()
+    pilot, settings = pilot_named(name), EnvSettings()
     traced = []
 
     @eqx.filter_jit
     def look(encounter, ship):
         traced.append(name)
-        state = begin(encounter, ship, settings)
+        state = reset(encounter, ship, settings)
         held, memory = never_held(encounter), pilot.start()
-        return moment_of(pilot, encounter, state, held, memory, ship, settings, 0.0)[0]
+        return explain_step(pilot, encounter, state, held, memory, ship, settings, 0.0)[0]
 
     picture = taken(own(), ship(1))
     for k in range(5):
@@ -191,7 +196,7 @@ def test_pilots_take_it_and_nothing_is_compiled_anew(name):
 
 def test_a_scenario_can_be_sailed_with_advice():
     picture = taken(own(), ship(1))
-    frames = list(sail(picture.scenario(T0, SHIP), StraightPilot(), steps=3, advise=True))
+    frames = list(simulate(picture.scenario(T0, SHIP), StraightPilot(), steps=3, advise=True))
     assert len(frames) == 4
     assert frames[-1].own.north_m == pytest.approx(75, rel=1e-3)
     assert frames[-1].targets[0].age_s == pytest.approx(15)

@@ -7,24 +7,24 @@ import pytest
 from tests.live.reports import SHIP, at, own, ship, taken, targets
 
 from glasshelm.ais import traffic_time
-from glasshelm.ais.reports import Refusal, Report
+from glasshelm.ais.reports import RejectReason, Report
 
 
 @pytest.mark.parametrize(
     ("said", "why"),
     [
-        ({"north_m": 9000.0}, Refusal.JUMP),
-        ({"course_rad": 0.5}, Refusal.JUMP),
-        ({"seconds": -1.0}, Refusal.LATE),
-        ({"seconds": 0.0}, Refusal.REPEATED),
-        ({"speed_m_s": 40.0}, Refusal.IMPOSSIBLE),
-        ({"speed_m_s": math.nan}, Refusal.IMPOSSIBLE),
-        ({"course_rad": math.inf}, Refusal.IMPOSSIBLE),
-        ({"length_m": -5.0}, Refusal.IMPOSSIBLE),
-        ({"north_m": math.nan}, Refusal.IMPOSSIBLE),
-        ({"north_m": 1e9}, Refusal.IMPOSSIBLE),
-        ({"number": "x" * 1000}, Refusal.IMPOSSIBLE),
-        ({"seconds": 1e6}, Refusal.TIME_JUMP),
+        ({"north_m": 9000.0}, RejectReason.JUMP),
+        ({"course_rad": 0.5}, RejectReason.JUMP),
+        ({"seconds": -1.0}, RejectReason.LATE),
+        ({"seconds": 0.0}, RejectReason.REPEATED),
+        ({"speed_m_s": 40.0}, RejectReason.IMPOSSIBLE),
+        ({"speed_m_s": math.nan}, RejectReason.IMPOSSIBLE),
+        ({"course_rad": math.inf}, RejectReason.IMPOSSIBLE),
+        ({"length_m": -5.0}, RejectReason.IMPOSSIBLE),
+        ({"north_m": math.nan}, RejectReason.IMPOSSIBLE),
+        ({"north_m": 1e9}, RejectReason.IMPOSSIBLE),
+        ({"number": "x" * 1000}, RejectReason.IMPOSSIBLE),
+        ({"seconds": 1e6}, RejectReason.TIME_JUMP),
     ],
 )
 def test_what_is_not_believed_is_counted_and_changes_nothing(said, why):
@@ -40,11 +40,11 @@ def test_what_is_not_believed_is_counted_and_changes_nothing(said, why):
 def test_reports_that_agree_outweigh_the_track_before_them():
     picture = taken(own(), ship(1))
     refused = [picture.take(ship(1, 10 * k, 9000.0 - 50 * k)) for k in (1, 2, 3)]
-    assert refused == [Refusal.JUMP, Refusal.JUMP, None]
+    assert refused == [RejectReason.JUMP, RejectReason.JUMP, None]
     assert targets(picture, 30)["1"][1] == pytest.approx(8850, rel=2e-3)
     # Scattered ones do not.
     wild = [picture.take(ship(1, 30 + k, 3e4 * k)) for k in (1, 2, 3, 4)]
-    assert set(wild) == {Refusal.JUMP}
+    assert set(wild) == {RejectReason.JUMP}
 
 
 def test_a_ship_may_turn_and_a_stopped_ship_may_swing():
@@ -58,7 +58,7 @@ def test_a_ship_may_turn_and_a_stopped_ship_may_swing():
 def test_a_recording_that_begins_anew_is_followed():
     picture = taken(*(own(s, 5.0 * s) for s in range(0, 600, 10)), ship(1, 590))
     again = [picture.take(own(s, 5.0 * s)) for s in range(0, 60, 10)]
-    assert set(again) == {Refusal.LATE}  # the other ship is still where the time was
+    assert set(again) == {RejectReason.LATE}  # the other ship is still where the time was
     picture.take(ship(1, 55))
     assert picture.take(own(60, 300.0)) is None
     assert picture.heard == at(60)
@@ -70,7 +70,7 @@ def test_a_recording_that_begins_anew_is_followed():
 def test_a_gap_is_passed_over_when_most_ships_have():
     picture = taken(own(), ship(1), ship(2, 0, 3000.0))
     later = [picture.take(own(7200 + k, 36000 + 5 * k)) for k in range(5)]
-    assert set(later) == {Refusal.TIME_JUMP}
+    assert set(later) == {RejectReason.TIME_JUMP}
     assert "own ship (2 h ahead)" in picture.state(at(5))
     assert picture.take(ship(1, 7205)) is None
     assert picture.take(own(7210, 36050)) is None
@@ -88,7 +88,7 @@ def test_who_has_another_clock_is_named_and_takes_nobody_along():
         picture.take(ship(1, seconds, 2000.0 - 5 * seconds))
         for _ in range(3):
             refused = picture.take(ship(257063770, 7e8 + seconds, 900.0, name="LATE RISER"))
-            assert refused is Refusal.TIME_JUMP
+            assert refused is RejectReason.TIME_JUMP
     scenario = picture.scenario(at(290), SHIP)
     assert picture.heard == at(290)
     assert set(targets(picture, 290)) == {"1"}
@@ -113,9 +113,9 @@ def test_a_report_of_a_clock_somewhat_ahead_is_of_now():
 def test_one_instant_is_one_witness_of_a_jump():
     """The same message by three stations, or three values of one instant, move nobody."""
     picture = taken(own(), ship(1))
-    assert {picture.take(ship(1, 10, 9000.0)) for _ in range(5)} == {Refusal.JUMP}
+    assert {picture.take(ship(1, 10, 9000.0)) for _ in range(5)} == {RejectReason.JUMP}
     stations = [picture.take(ship(1, 10 + k / 2, 9000.0)) for k in range(4)]
-    assert set(stations) == {Refusal.JUMP}
+    assert set(stations) == {RejectReason.JUMP}
     assert targets(picture, 12)["1"][1] == pytest.approx(2000, rel=0.05)
 
 

@@ -8,7 +8,7 @@ from tests.live.reports import HERE, NORTH, SHIP, T0, at, own, ship, taken, targ
 
 from glasshelm.ais.reports import Report
 from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
-from glasshelm.live.traffic_picture import RECENTRE_M, Picture
+from glasshelm.live.traffic_picture import RECENTRE_M, TrafficPicture
 from glasshelm.live.waypoint_tracker import AHEAD_M, MEANT_S, NEAR_M
 
 
@@ -200,7 +200,7 @@ def shown(picture, seconds):
 
 
 def test_a_route_that_is_told_is_steered_for():
-    picture = Picture()
+    picture = TrafficPicture()
     picture.take(own())
     assert any("no route" in note for note in picture.scenario(at(0), SHIP).notes)
     assert picture.take(routed(1, east_m=20_000.0, north_m=20_000.0)) is None
@@ -212,7 +212,7 @@ def test_a_route_that_is_told_is_steered_for():
 
 @pytest.mark.parametrize("away", [2_000.0, 90_000.0])
 def test_a_told_waypoint_is_shown_at_a_distance_that_pilots_know(away):
-    picture = Picture()
+    picture = TrafficPicture()
     picture.take(own())
     picture.take(routed(1, east_m=away))
     range_m, bearing = shown(picture, 1)
@@ -222,7 +222,7 @@ def test_a_told_waypoint_is_shown_at_a_distance_that_pilots_know(away):
 
 
 def test_a_waypoint_that_is_reached_or_given_up_is_no_aim_any_more():
-    picture = Picture()
+    picture = TrafficPicture()
     picture.take(own())
     picture.take(routed(1, north_m=300.0))
     assert shown(picture, 1)[1] == pytest.approx(0.0, abs=0.5)

@@ -32,38 +32,40 @@ def same(a, b):
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 def test_packed_actor_and_its_gradient_are_the_padded_ones(kind, counts, spare):
     actor = make_actor(kind, dataclasses.replace(SIZES, lens="fine"), KEY)
-    seen = of_counts(counts)
+    observation = of_counts(counts)
     wanted = jnp.linspace(-1.0, 1.0, len(counts))
 
     @eqx.filter_jit
     @eqx.filter_value_and_grad(has_aux=True)
     def loss(actor, fleet):
-        rudder = actor(seen, fleet)
+        rudder = actor(observation, fleet)
         return jnp.sum((rudder - wanted) ** 2), rudder
 
-    same(loss(actor, packed(seen.present, spare)), loss(actor, Padded(seen.present)))
+    same(loss(actor, packed(observation.present, spare)), loss(actor, Padded(observation.present)))
 
 
 @pytest.mark.parametrize("spare", [0, 5])
 @pytest.mark.parametrize("counts", BATCHES)
 def test_packed_critic_and_its_gradients_are_the_padded_ones(counts, spare):
     critic = SubTaskCritic(CRITIC, KEY)
-    seen, rudder = of_counts(counts), actions(len(counts))
+    observation, rudder = of_counts(counts), actions(len(counts))
 
     @eqx.filter_jit
     @eqx.filter_value_and_grad(has_aux=True)
     def loss(inputs, fleet):
         critic, rudder = inputs
-        values = critic(seen, rudder, fleet)
+        values = critic(observation, rudder, fleet)
         return jnp.sum((values.total - 1.0) ** 2) + jnp.sum(values.by_ship**2), values
 
     inputs = critic, rudder
-    same(loss(inputs, packed(seen.present, spare)), loss(inputs, Padded(seen.present)))
+    same(
+        loss(inputs, packed(observation.present, spare)), loss(inputs, Padded(observation.present))
+    )
 
 
 def test_gradient_reaches_the_actions_of_worlds_with_ships():
-    critic, seen = SubTaskCritic(CRITIC, KEY), of_counts()
-    slope = jax.grad(lambda a: critic(seen, a, packed(seen.present)).collision.sum())(
+    critic, observation = SubTaskCritic(CRITIC, KEY), of_counts()
+    slope = jax.grad(lambda a: critic(observation, a, packed(observation.present)).collision.sum())(
         actions(len(COUNTS))
     )
     assert (np.asarray(slope != 0) == (np.asarray(COUNTS) > 0)).all()
@@ -81,14 +83,16 @@ def test_whole_tells_the_worlds_that_fit():
 
 def test_worlds_that_fit_are_right_although_others_do_not():
     actor, critic = make_actor("attention", SIZES, KEY), SubTaskCritic(CRITIC, KEY)
-    seen, rudder = of_counts(), actions(len(COUNTS))
-    fleet = Packed(seen.present, SHIPS - 3, PAIRS - 5)
+    observation, rudder = of_counts(), actions(len(COUNTS))
+    fleet = Packed(observation.present, SHIPS - 3, PAIRS - 5)
     whole = np.asarray(fleet.whole)
     assert 0 < whole.sum() < len(COUNTS)
-    np.testing.assert_allclose(actor(seen, fleet)[whole], actor(seen)[whole], rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(
-        critic(seen, rudder, fleet).total[whole],
-        critic(seen, rudder).total[whole],
+        actor(observation, fleet)[whole], actor(observation)[whole], rtol=1e-4, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        critic(observation, rudder, fleet).total[whole],
+        critic(observation, rudder).total[whole],
         rtol=1e-4,
         atol=1e-5,
     )

@@ -11,11 +11,11 @@ from tests.untrained import observation
 from tests.voyages import plain
 
 from glasshelm.bridge.server.protocol import Open
-from glasshelm.bridge.sessions.log_index import Shelf
+from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.session_factory import opened
-from glasshelm.bridge.sessions.source_list import Catalogue
+from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
-from glasshelm.pilots.batched import Together
+from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.whatif.logged_world import pilot_of
 
@@ -56,7 +56,9 @@ def test_a_function_of_numpy_steers_as_one_of_jax(module):
     traced, plain = pilot_named("somebodys:traced"), pilot_named("somebodys:plain")
     assert (traced.traced, plain.traced) == (True, False)
     batch = jax.tree.map(lambda *x: jnp.stack(x), observation(3), observation(3, seed=1))
-    steer = jax.jit(lambda seen: (Together(traced)(seen, ())[0], Together(plain)(seen, ())[0]))
+    steer = jax.jit(
+        lambda seen: (BatchedPilot(traced)(seen, ())[0], BatchedPilot(plain)(seen, ())[0])
+    )
     by_jax, by_numpy = steer(batch)
     np.testing.assert_allclose(by_jax, by_numpy, rtol=1e-5)
     assert abs(float(by_jax[0] - by_jax[1])) > 1e-6
@@ -95,7 +97,7 @@ def trap(tmp_path, monkeypatch):
 
 
 def test_no_viewer_and_no_log_can_name_code_to_run(trap, tmp_path):
-    catalogue = Catalogue(Shelf(tmp_path))
+    catalogue = SourceList(LogIndex(tmp_path))
     for asked in (
         lambda: catalogue.pilot("trap:steer"),
         lambda: opened(Open("imazu:1", "trap:steer"), catalogue, tmp_path),

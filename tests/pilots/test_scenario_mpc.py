@@ -6,12 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import colliding, seen
+from tests.pilots.scenes import colliding, observation
 
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.pilots.scenario_mpc import ScenarioSettings, scenario_costs, scenario_course
 from glasshelm.planning.course_planner import situation_of
-from glasshelm.ship.autopilot import helm_of
+from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import SHIPS, ShipState, advance
 
 SHIP = SHIPS["paper"]
@@ -23,7 +23,7 @@ SETTINGS = ScenarioSettings(
 def by_hand(row, last_deg=0.0) -> np.ndarray:
     """The printed cost, sailing own ship in the world itself and looking every 5 s."""
     east, north, heading, speed = row
-    way, helm = np.radians(heading), helm_of(SHIP)
+    way, helm = np.radians(heading), autopilot_for(SHIP)
     hers = speed * np.array([np.sin(way), np.cos(way)])
     costs = []
     for degrees in SETTINGS.offsets_deg:
@@ -85,7 +85,7 @@ def _ours(s, last):
 )
 def test_costs_are_the_formula_s_and_the_least_is_taken(row, last_deg):
     last = jnp.radians(jnp.float32(last_deg))
-    ours, chosen = _ours(seen(row), last)
+    ours, chosen = _ours(observation(row), last)
     expected = by_hand(row, last_deg)
     np.testing.assert_allclose(ours, expected, rtol=0.05, atol=0.05)
     assert np.degrees(float(chosen)) == pytest.approx(
@@ -94,7 +94,7 @@ def test_costs_are_the_formula_s_and_the_least_is_taken(row, last_deg):
 
 
 def test_at_the_very_place_of_the_other_the_cost_is_finite_and_above_all_others():
-    costs = np.asarray(_ours(seen(colliding(265.0, tcpa_s=500.0)), jnp.zeros(()))[0])
+    costs = np.asarray(_ours(observation(colliding(265.0, tcpa_s=500.0)), jnp.zeros(()))[0])
     assert np.isfinite(costs).all()
     assert costs[1] > 1e6 * costs[[0, 2]].max()
 
@@ -102,6 +102,6 @@ def test_at_the_very_place_of_the_other_the_cost_is_finite_and_above_all_others(
 def test_starboard_is_cheaper_than_port():
     cheap = dataclasses.replace(SETTINGS, horizon_s=5.0)
     assert cheap.to_starboard_gain < cheap.to_port_gain
-    costs = np.asarray(_ours(seen((0.0, 30_000.0, 180.0, 5.0)), jnp.zeros(()))[0])
+    costs = np.asarray(_ours(observation((0.0, 30_000.0, 180.0, 5.0)), jnp.zeros(()))[0])
     assert costs[2] < costs[0]
     assert costs[1] == 0.0

@@ -7,9 +7,9 @@ import pytest
 from tests.pilots.scenes import colliding, meeting, seen
 
 from glasshelm.encounters.random_encounters import PAPER, random_encounter
-from glasshelm.env.step import begin, step
+from glasshelm.env.step import reset, step
 from glasshelm.pilots.registry import load
-from glasshelm.planning.lookahead import foresee
+from glasshelm.planning.lookahead import look_ahead
 from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]
@@ -22,7 +22,7 @@ def amidships(seen):
 
 @jax.jit
 def held_amidships(seen):
-    return foresee(amidships, seen, SHIP, AHEAD_S)
+    return look_ahead(amidships, seen, SHIP, AHEAD_S)
 
 
 def test_a_collision_amidships_is_foreseen_with_whom_and_when():
@@ -49,8 +49,8 @@ def test_the_edge_of_the_domain_counts_if_asked():
     """She passes just clear astern of the domain's port side: near for one who asks for slack."""
     abeam = (-1.63 * float(SHIP.loa_m), 0.0, 0.0, float(SHIP.speed_m_s))
     observation = seen(abeam)
-    assert np.isinf(foresee(amidships, observation, SHIP, 300.0).within_s)
-    near = foresee(amidships, observation, SHIP, 300.0, slack=0.05)
+    assert np.isinf(look_ahead(amidships, observation, SHIP, 300.0).within_s)
+    near = look_ahead(amidships, observation, SHIP, 300.0, slack=0.05)
     assert float(near.within_s) == 0.0
     assert -0.05 < float(near.depth) < 0.0
 
@@ -72,7 +72,7 @@ def test_nobody_there():
     one = seen()
     none = jax.tree.map(lambda x: x[:0], (one.targets, one.present))
     for observation in (one, type(one)(one.waypoint, *none)):
-        found = foresee(amidships, observation, SHIP, AHEAD_S)
+        found = look_ahead(amidships, observation, SHIP, AHEAD_S)
         assert float(found.worst) == -1.0
         assert np.isinf(found.within_s)
 
@@ -81,13 +81,13 @@ def test_a_turn_that_has_begun_goes_on():
     """Rudder amidships, but still turning: she ends on another heading, and clear."""
     hit = colliding(180, tcpa_s=900, ship=SHIPS["large_ship"])
     encounter = meeting(hit, ship=SHIPS["large_ship"])
-    state = begin(encounter, SHIPS["large_ship"])
+    state = reset(encounter, SHIPS["large_ship"])
     for _ in range(40):
         state = step(encounter, state, jnp.float32(np.radians(5)), SHIPS["large_ship"]).state
     assert float(state.own.rate_of_turn_rad_s) > 0.001
-    after = foresee(amidships, state.observation, SHIPS["large_ship"], AHEAD_S)
-    straight = foresee(
-        amidships, begin(encounter, SHIPS["large_ship"]).observation, SHIPS["large_ship"], AHEAD_S
+    after = look_ahead(amidships, state.observation, SHIPS["large_ship"], AHEAD_S)
+    straight = look_ahead(
+        amidships, reset(encounter, SHIPS["large_ship"]).observation, SHIPS["large_ship"], AHEAD_S
     )
     assert float(after.worst) < float(straight.worst) - 0.2
 
@@ -106,10 +106,10 @@ def test_a_pilots_own_way_comes_true(name):
             out = step(encounter, state, rudder, ship)
             return out.state, jnp.where(encounter.present, out.margin, -1.0).max()
 
-        return jax.lax.scan(go, begin(encounter, ship), length=360)[1].max()
+        return jax.lax.scan(go, reset(encounter, ship), length=360)[1].max()
 
     worst = np.asarray(jax.jit(jax.vmap(sailed))(encounters))
-    look = jax.vmap(lambda e: foresee(pilot.actor, begin(e, ship).observation, ship, AHEAD_S))
+    look = jax.vmap(lambda e: look_ahead(pilot.actor, reset(e, ship).observation, ship, AHEAD_S))
     found = np.asarray(jax.jit(look)(encounters).worst)
     near = worst > -1.0  # beyond, −1 is said
     assert near.sum() > 16

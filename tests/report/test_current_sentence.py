@@ -14,13 +14,13 @@ from glasshelm.frames.phrases import approach, helm
 from glasshelm.frames.schema import Guard
 from glasshelm.report.current_sentence import now
 from glasshelm.ship.nomoto import ship_named
-from glasshelm.simulation.voyage import sail
+from glasshelm.simulation.voyage import simulate
 
 
 @pytest.fixture(scope="module")
 def frames():
     scenario = scenario_from("random:35", ship_named("paper"))
-    return list(sail(scenario, glasshelm.load("paper-attention"), 24))
+    return list(simulate(scenario, glasshelm.load("paper-attention"), 24))
 
 
 def ahead_of(frame, turn_rad):
@@ -54,7 +54,7 @@ def test_the_shares_are_those_of_the_rudder_shown(frames):
 def crowded():
     """Recorded traffic: more ships than the pilot is shown, shares that were sampled, advice."""
     scenario = scenario_from("gulf-of-finland", ship_named("paper"))
-    return list(sail(scenario, glasshelm.load("paper-sum"), 24, advise=True))
+    return list(simulate(scenario, glasshelm.load("paper-sum"), 24, advise=True))
 
 
 @pytest.mark.parametrize("voyage", ["frames", "crowded"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from glasshelm.core.geometry import wrap_angle
-from glasshelm.ship.autopilot import helm_of
+from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import SHIPS, ShipState, advance
 
 
@@ -12,7 +12,7 @@ from glasshelm.ship.nomoto import SHIPS, ShipState, advance
 @pytest.mark.parametrize("course_deg", [5.0, 60.0, -90.0])
 def test_the_helmsman_reaches_a_course_and_does_not_overshoot(name, course_deg):
     ship, course = SHIPS[name], np.radians(course_deg)
-    helm = helm_of(ship)
+    helm = autopilot_for(ship)
 
     def once(own, _):
         error = wrap_angle(course - own.heading_rad)
@@ -27,5 +27,5 @@ def test_the_helmsman_reaches_a_course_and_does_not_overshoot(name, course_deg):
 
 def test_the_rudder_never_passes_its_limit():
     ship = SHIPS["paper"]
-    rudders = helm_of(ship).rudder_rad(jnp.linspace(-3, 3, 50), jnp.linspace(0.1, -0.1, 50))
+    rudders = autopilot_for(ship).rudder_rad(jnp.linspace(-3, 3, 50), jnp.linspace(0.1, -0.1, 50))
     assert jnp.max(jnp.abs(rudders)) <= ship.rudder_limit_rad

@@ -17,23 +17,23 @@ from tests.untrained import untrained, write_weights
 from glasshelm.cli import main
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import random_scenario
-from glasshelm.encounters.tracks import Row, single_track, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
-from glasshelm.env.step import WorldSettings, begin, step
+from glasshelm.env.step import EnvSettings, reset, step
 from glasshelm.frames import frame_log
 from glasshelm.frames.summary import Summary
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import SHIPS, ShipState
-from glasshelm.simulation.voyage import Voyage, padded_encounter, sail
+from glasshelm.simulation.voyage import Voyage, padded_encounter, simulate
 
 SHIP = SHIPS["paper"]
 V = SHIP.speed_m_s
 PILOT = untrained()
 
 
-def scenario(*rows: Row, waypoint: float = 20_000.0, **more) -> Scenario:
+def scenario(*rows: TrackColumns, waypoint: float = 20_000.0, **more) -> Scenario:
     """Own ship northward from the origin."""
     return Scenario(
         source="made",
@@ -51,16 +51,16 @@ def scenario(*rows: Row, waypoint: float = 20_000.0, **more) -> Scenario:
     )
 
 
-def straight(east: float, north: float, course_deg: float, speed: float = V) -> Row:
-    return Row.of([0.0], [east], [north], [math.radians(course_deg)], [speed])
+def straight(east: float, north: float, course_deg: float, speed: float = V) -> TrackColumns:
+    return TrackColumns.of([0.0], [east], [north], [math.radians(course_deg)], [speed])
 
 
 def test_frames_are_the_worlds_own_states():
     made = random_scenario(5, SHIP)
-    frames = list(sail(made, PILOT, steps=20))
-    state = begin(made.encounter, SHIP)
+    frames = list(simulate(made, PILOT, steps=20))
+    state = reset(made.encounter, SHIP)
     go = jax.jit(lambda s, a: step(made.encounter, s, a * SHIP.rudder_limit_rad, SHIP))
-    steer = jax.jit(lambda seen: PILOT.steer(seen, ())[0])
+    steer = jax.jit(lambda observation: PILOT.steer(observation, ())[0])
     values = eqx.filter_jit(PILOT.critic)
     reward = None
     for frame in frames:
@@ -84,7 +84,7 @@ def test_frames_are_the_worlds_own_states():
 
 
 def test_parts_of_a_frame_add_up():
-    frame = list(sail(random_scenario(5, SHIP), PILOT, steps=4))[-1]
+    frame = list(simulate(random_scenario(5, SHIP), PILOT, steps=4))[-1]
     assert len(frame.targets) > 1
     for part, field in ((frame.value, "q"), (frame.priority, "priority")):
         ships = sum(getattr(t, field) for t in frame.targets)
@@ -98,7 +98,7 @@ def test_parts_of_a_frame_add_up():
 
 
 def test_what_straight_lacks_is_absent():
-    frames = list(sail(scenario(straight(0.0, 9000.0, 180.0)), StraightPilot(), steps=3))
+    frames = list(simulate(scenario(straight(0.0, 9000.0, 180.0)), StraightPilot(), steps=3))
     for frame in frames:
         assert frame.decision.rudder_rad == 0.0
         assert frame.value is frame.priority is frame.sweep is frame.weights_sha256 is None
@@ -110,18 +110,18 @@ def test_what_straight_lacks_is_absent():
 
 def test_a_voyage_ends_at_the_waypoint_or_when_the_source_does():
     near = scenario(straight(9e3, 9e3, 0.0), waypoint=500.0 + 7.5 * 5 * V)
-    frames = list(sail(near, StraightPilot()))
+    frames = list(simulate(near, StraightPilot()))
     assert len(frames) == 9
     assert frames[-1].own.north_m > 7.5 * 5 * V
-    assert len(list(sail(scenario(), StraightPilot()))) == 21
-    assert len(list(sail(scenario(), StraightPilot(), steps=0))) == 1
+    assert len(list(simulate(scenario(), StraightPilot()))) == 21
+    assert len(list(simulate(scenario(), StraightPilot(), steps=0))) == 1
     with pytest.raises(InputError, match="-1 steps"):
-        sail(scenario(), StraightPilot(), steps=-1)
+        simulate(scenario(), StraightPilot(), steps=-1)
 
 
 def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
-    heard = Row.of([12.0, 30.0], [5000.0] * 2, [0.0, 180.0], [0.0] * 2, [10.0] * 2, 20.0)
-    frames = list(sail(scenario(heard), StraightPilot(), steps=20, lost_shown_s=30.0))
+    heard = TrackColumns.of([12.0, 30.0], [5000.0] * 2, [0.0, 180.0], [0.0] * 2, [10.0] * 2, 20.0)
+    frames = list(simulate(scenario(heard), StraightPilot(), steps=20, lost_shown_s=30.0))
     there = {f.time_s: f.targets[0] for f in frames if f.targets}
     assert min(there) == 15.0
     assert not there[45.0].lost
@@ -137,7 +137,7 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
 
 def test_forty_ships_are_shown_and_twenty_fed():
     rows = [straight(400.0 * k - 8000.0, 6000.0, 180.0) for k in range(40)]
-    frame = list(sail(scenario(*rows), PILOT, steps=2))[-1]
+    frame = list(simulate(scenario(*rows), PILOT, steps=2))[-1]
     fed = [t for t in frame.targets if t.fed]
     assert (len(frame.targets), len(fed)) == (40, 20)
     assert all((t.q is not None) == t.fed for t in frame.targets)
@@ -147,7 +147,7 @@ def test_forty_ships_are_shown_and_twenty_fed():
 
 def test_eighteen_ships_are_all_fed_however_far():
     rows = [straight(25_000.0, 500.0 * k, 0.0) for k in range(18)]
-    frame = next(sail(scenario(*rows), StraightPilot(), steps=0))
+    frame = next(simulate(scenario(*rows), StraightPilot(), steps=0))
     assert all(t.fed for t in frame.targets)
 
 
@@ -156,7 +156,7 @@ def test_padding_an_encounter_changes_nothing():
     wide = padded_encounter(made)
     slots = made.present.shape[0]
     assert wide.present.shape[0] == 8
-    a, b = (jax.jit(begin, static_argnums=1)(e, SHIP).observation for e in (made, wide))
+    a, b = (jax.jit(reset, static_argnums=1)(e, SHIP).observation for e in (made, wide))
     np.testing.assert_array_equal(a.targets, b.targets[:slots])
     assert not b.present[slots:].any()
 
@@ -165,7 +165,7 @@ def test_advice_keeps_the_recorded_track():
     # Northward for 30 s, then east; reports every 10 s, one missing.
     times = [0.0, 10.0, 30.0, 40.0]
     track = single_track(
-        Row.of(
+        TrackColumns.of(
             times,
             [0, 0, 0, 50],
             [0, 50, 150, 150],
@@ -180,7 +180,7 @@ def test_advice_keeps_the_recorded_track():
         origin=(59.0, 24.0),
         start=datetime(2014, 8, 15, 19, tzinfo=UTC),
     )
-    frames = list(sail(made, StraightPilot(), steps=12, advise=True))
+    frames = list(simulate(made, StraightPilot(), steps=12, advise=True))
     assert all(not f.decision.applied and f.own.rudder_rad is None for f in frames)
     place = {f.time_s: (f.own.east_m, f.own.north_m) for f in frames}
     assert place[25.0] == pytest.approx((0.0, 125.0))
@@ -190,34 +190,34 @@ def test_advice_keeps_the_recorded_track():
     assert turns[30.0] == pytest.approx(math.pi / 2 / 5, abs=1e-5)
     assert turns[25.0] == turns[35.0] == 0.0
     assert frames[6].time_utc == "2014-08-15T19:00:30Z"
-    latitude, longitude = Plane(59.0, 24.0).to_globe(np.array([25.0]), np.array([150.0]))
+    latitude, longitude = LocalProjection(59.0, 24.0).to_globe(np.array([25.0]), np.array([150.0]))
     assert frames[7].own.latitude_deg == pytest.approx(latitude[0], abs=1e-7)
     assert frames[7].own.longitude_deg == pytest.approx(longitude[0], abs=1e-7)
     assert frames[0].targets[0].latitude_deg == pytest.approx(59.027, abs=1e-3)
-    free = list(sail(made, StraightPilot(), steps=12))
+    free = list(simulate(made, StraightPilot(), steps=12))
     assert free[-1].decision.applied
     assert free[-1].own.rudder_rad is not None
 
 
 def test_advice_needs_a_track():
     with pytest.raises(InputError, match="--advise needs a recorded own ship"):
-        sail(scenario(), PILOT, advise=True)
+        simulate(scenario(), PILOT, advise=True)
 
 
 def test_what_is_no_number_ends_the_voyage():
     lost = scenario(straight(math.nan, 5000.0, 180.0))
     with pytest.raises(InputError, match="ship 0 is seen with no finite"):
-        list(sail(lost, StraightPilot(), steps=1))
+        list(simulate(lost, StraightPilot(), steps=1))
     broken = eqx.tree_at(
         lambda p: p.actor.head.biases[0], PILOT, jnp.full_like(PILOT.actor.head.biases[0], jnp.nan)
     )
     with pytest.raises(InputError, match=r"untrained-attention decides nan"):
-        list(sail(random_scenario(5, SHIP), broken, steps=1))
+        list(simulate(random_scenario(5, SHIP), broken, steps=1))
 
 
 def test_summary_adds_up():
     made = scenario(straight(0.0, 1500.0, 180.0), straight(9000.0, 0.0, 90.0))
-    frames = list(sail(made, StraightPilot(), WorldSettings().episode_steps // 12))
+    frames = list(simulate(made, StraightPilot(), EnvSettings().episode_steps // 12))
     summary = Summary()
     for frame in frames:
         summary.add(frame)
@@ -275,12 +275,12 @@ def test_interrupted_run_keeps_its_frames(tmp_path):
 
 def test_frames_name_scenario_ship_and_waypoint():
     made = dataclasses.replace(scenario(straight(0.0, 9e3, 180.0)), ship=SHIPS["large_ship"])
-    frame = next(sail(made, StraightPilot(), steps=0))
+    frame = next(simulate(made, StraightPilot(), steps=0))
     assert frame.ship.K_1_s == 0.035
     assert frame.ship.T_s == 141.0
     assert frame.ship.rudder_rate_rad_s == pytest.approx(math.radians(65 / 28))
     assert (frame.waypoint.east_m, frame.waypoint.north_m) == (0.0, 20_000.0)
-    paper = next(sail(scenario(), StraightPilot(), steps=0))
+    paper = next(simulate(scenario(), StraightPilot(), steps=0))
     assert paper.ship.rudder_rate_rad_s is None
     assert paper.targets == []
 
@@ -307,7 +307,7 @@ def test_frames_are_the_same_one_by_one_as_many_at_once():
     voyage, one_by_one = Voyage(made, PILOT, 20), []
     while frames := voyage.sail_on():
         one_by_one += frames
-    at_once = list(sail(made, PILOT, steps=20))
+    at_once = list(simulate(made, PILOT, steps=20))
     assert len(one_by_one) == len(at_once) == 21
     for a, b in zip(one_by_one, at_once, strict=True):
         assert a.own.north_m == pytest.approx(b.own.north_m, rel=1e-5)

@@ -51,8 +51,8 @@ def open_loop(actions, batch):
 
 
 @eqx.filter_jit
-def rudders_of(actor, seen):
-    return actor(seen)
+def rudders_of(actor, observation):
+    return actor(observation)
 
 
 @eqx.filter_jit
@@ -115,7 +115,7 @@ def test_open_loop_follows_a_route_of_several_waypoints():
 
 def test_gradient_without_feedback_is_the_finite_difference_of_the_commands():
     log, _ = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)
-    seen, actions = log.seen, log.actions.T
+    observation, actions = log.observation, log.actions.T
     # How every return answers to every single command, by central differences.
     step = 0.01
     adjoint = np.zeros(actions.shape)
@@ -133,7 +133,9 @@ def test_gradient_without_feedback_is_the_finite_difference_of_the_commands():
     answers, slopes = [], []
     for seed in range(3):
         direction, small = some_direction(seed), 1e-3
-        answer = [np.asarray(rudders_of(moved(ACTOR, direction, s), seen)) for s in (small, -small)]
+        answer = [
+            np.asarray(rudders_of(moved(ACTOR, direction, s), observation)) for s in (small, -small)
+        ]
         slope = (answer[0] - answer[1]).T / (2 * small)  # [w, t]
         answers.append(-(weight * slope).mean(0).sum())
         slopes.append(inner(gradient, direction))
@@ -181,10 +183,10 @@ def test_rudder_pull_asks_for_less_rudder():
     plain, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, SETTINGS)
     settings = dataclasses.replace(SETTINGS, rudder_pull=0.5)
     pulled, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, settings)
-    seen = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)[0].seen
+    observation = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)[0].observation
 
     def rudder(actor):
-        return float((rudders_of(actor, seen) ** 2).mean())
+        return float((rudders_of(actor, observation) ** 2).mean())
 
     extra = jax.tree.map(jnp.subtract, pulled, plain)
     small = 0.01 / inner(extra, extra) ** 0.5

@@ -24,8 +24,8 @@ OFTEN = NoiseSettings("bursts", burst_begin=0.2, burst_end=0.2)
 
 
 class Amidships(eqx.Module):
-    def __call__(self, seen, fleet=None):
-        return jnp.zeros(seen.present.shape[0])
+    def __call__(self, observation, fleet=None):
+        return jnp.zeros(observation.present.shape[0])
 
 
 class CourseHeld(eqx.Module):
@@ -33,10 +33,10 @@ class CourseHeld(eqx.Module):
 
     scale: float
 
-    def __call__(self, seen, action, fleet=None):
-        reward = jax.vmap(lambda w: course_reward(waypoint_bearing_rad(w[0])))(seen.waypoint)
+    def __call__(self, observation, action, fleet=None):
+        reward = jax.vmap(lambda w: course_reward(waypoint_bearing_rad(w[0])))(observation.waypoint)
         return Values(
-            self.scale * reward / (1 - DISCOUNT), jnp.zeros_like(seen.targets[:, :, 0, 0])
+            self.scale * reward / (1 - DISCOUNT), jnp.zeros_like(observation.targets[:, :, 0, 0])
         )
 
 
@@ -75,8 +75,8 @@ def test_values_twice_as_large_have_half_the_slope(encounters):
 class ShipsApart(eqx.Module):
     """A ship within 2 km costs, but the cost is spread evenly over all ships."""
 
-    def __call__(self, seen, action, fleet=None):
-        cost = -1.0 * (seen.targets[:, :, 0, 5] * DISTANCE_M < 2000.0)
+    def __call__(self, observation, action, fleet=None):
+        cost = -1.0 * (observation.targets[:, :, 0, 5] * DISTANCE_M < 2000.0)
         return Values(jnp.zeros_like(action), jnp.broadcast_to(cost.mean(-1)[:, None], cost.shape))
 
 

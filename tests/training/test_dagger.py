@@ -54,7 +54,7 @@ def test_alone_the_teacher_steers_her_own_labels():
     lessons = taught(jnp.zeros(()))
     assert lessons.rudder.shape == (24, 6)
     # The first command of a stretch is the one that her course asks for: seen again one step on.
-    turned = lessons.seen.waypoint[4, :, 0, 2] - lessons.seen.waypoint[0, :, 0, 2]
+    turned = lessons.observation.waypoint[4, :, 0, 2] - lessons.observation.waypoint[0, :, 0, 2]
     steered = lessons.rudder[:4].sum(0)
     moved = jnp.abs(turned) > 1e-3
     assert moved.any()
@@ -64,9 +64,9 @@ def test_alone_the_teacher_steers_her_own_labels():
 def test_the_actor_sails_but_the_teacher_labels():
     alone, together = taught(jnp.zeros(())), taught(jnp.ones(()))
     np.testing.assert_allclose(alone.rudder[0], together.rudder[0])
-    assert not np.allclose(alone.seen.waypoint[-1], together.seen.waypoint[-1])
+    assert not np.allclose(alone.observation.waypoint[-1], together.observation.waypoint[-1])
     straight = jax.vmap(lambda s: rudder_to(jnp.zeros(()), s, SHIP))(
-        jax.tree.map(lambda x: x[-1], together.seen)
+        jax.tree.map(lambda x: x[-1], together.observation)
     )
     empty = ~BATCH.present.any(-1)  # nobody there: the teacher steers for the waypoint
     np.testing.assert_allclose(together.rudder[-1][empty], straight[empty], atol=1e-6)
@@ -74,7 +74,7 @@ def test_the_actor_sails_but_the_teacher_labels():
 
 def test_a_tolerant_teacher_follows_the_actor():
     """Where anything will do, she wants what the actor does, within half of the limit."""
-    fleet_seen = jax.tree.map(lambda x: x[0], taught(jnp.ones(())).seen)
+    fleet_seen = jax.tree.map(lambda x: x[0], taught(jnp.ones(())).observation)
     own = ACTOR(fleet_seen, FLEET)
 
     @eqx.filter_jit
@@ -129,7 +129,7 @@ def test_the_actor_comes_to_steer_like_the_teacher(learned):
 
     @eqx.filter_jit
     def wrong(actor):
-        rudders = jax.vmap(lambda seen: actor(seen, FLEET))(lessons.seen)
+        rudders = jax.vmap(lambda observation: actor(observation, FLEET))(lessons.observation)
         return jnp.mean(lessons.weight * (rudders - lessons.rudder) ** 2)
 
     assert float(wrong(state.average)) < 0.75 * float(wrong(ACTOR))

@@ -61,7 +61,7 @@ def test_policy_evaluation_leaves_the_actor_alone(after_filling):
 
 def test_worlds_that_do_not_fit_the_rows_are_left_out(after_filling):
     state, batch = after_filling
-    ships = np.asarray(batch.seen.present.sum(-1))
+    ships = np.asarray(batch.observation.present.sum(-1))
     assert ships[-1] > 0
     fits = int(ships[:-1].sum())
     short = STEP(state, batch, Rows(fits, None), jax.random.key(0), False, SETTINGS, "sum")

@@ -9,7 +9,7 @@ import pytest
 
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.random_encounters import random_encounter
-from glasshelm.env.step import begin
+from glasshelm.env.step import reset
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.pilots.registry import WEIGHTS
 from glasshelm.ship.nomoto import SHIPS
@@ -50,13 +50,13 @@ def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
     encounters = jax.vmap(lambda k: random_encounter(k, ship, count=6))(
         jax.random.split(jax.random.key(3), 8)
     )
-    seen = jax.jit(jax.vmap(lambda e: begin(e, ship).observation))(encounters)
+    observation = jax.jit(jax.vmap(lambda e: reset(e, ship).observation))(encounters)
     small, large = first_actor(narrow), first_actor(wide)
     assert large.encode_target.weights[1].shape == (192, 160)
-    np.testing.assert_allclose(large(seen), small(seen), atol=2e-5)
+    np.testing.assert_allclose(large(observation), small(observation), atol=2e-5)
     weights, pulls = (
         np.asarray(a.encode_target.weights[0])
-        for a in (large, jax.grad(lambda a: a(seen).sum())(large))
+        for a in (large, jax.grad(lambda a: a(observation).sum())(large))
     )
     origin = np.abs(weights[:, :128] - weights[:, 128:129]).sum(0).argmin()
     np.testing.assert_array_equal(weights[:, origin], weights[:, 128])

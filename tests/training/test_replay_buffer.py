@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from glasshelm.encounters.random_encounters import PAPER
-from glasshelm.env.step import WorldSettings
+from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.exploration import NoiseSettings
@@ -29,7 +29,7 @@ def test_a_million_transitions_fit_in_400_mb():
 @pytest.fixture(scope="module")
 def sailed():
     """A short ring written over twice, and everything that the worlds showed on the way."""
-    worlds, ring, settings = 4, 17, WorldSettings(episode_steps=9)
+    worlds, ring, settings = 4, 17, EnvSettings(episode_steps=9)
     pool = draw_pool(jax.random.key(0), 16, SHIP, PAPER)
     actor = make_actor("sum", ActorSizes((4,), (4,)), jax.random.key(1))
 
@@ -59,9 +59,9 @@ def test_stacks_are_the_worlds_own_observations_bit_for_bit(sailed):
         batch = gather(replay, jnp.full(4, number), jnp.arange(4))
         transition = np.asarray(rows[number].transition)
         np.testing.assert_array_equal(batch.weight, transition)
-        np.testing.assert_array_equal(batch.seen.waypoint, shown[number].waypoint)
-        np.testing.assert_array_equal(batch.seen.targets, shown[number].targets)
-        np.testing.assert_array_equal(batch.seen.present, shown[number].present)
+        np.testing.assert_array_equal(batch.observation.waypoint, shown[number].waypoint)
+        np.testing.assert_array_equal(batch.observation.targets, shown[number].targets)
+        np.testing.assert_array_equal(batch.observation.present, shown[number].present)
         following = shown[number + 1]
         np.testing.assert_array_equal(
             batch.following.waypoint[transition], following.waypoint[transition]
@@ -108,7 +108,7 @@ def test_no_draw_reaches_what_the_write_head_has_overwritten():
     batch = sample(replay, 2000, jax.random.key(0))
     now = batch.action
     np.testing.assert_array_equal(
-        batch.seen.waypoint[..., 0], now[:, None] - jnp.arange(5.0)[None, :]
+        batch.observation.waypoint[..., 0], now[:, None] - jnp.arange(5.0)[None, :]
     )
     np.testing.assert_array_equal(
         batch.following.waypoint[..., 0], now[:, None] + 1 - jnp.arange(5.0)[None, :]
@@ -116,4 +116,4 @@ def test_no_draw_reaches_what_the_write_head_has_overwritten():
     low, high = drawable(replay)
     assert set(np.asarray(now).astype(int)) == set(range(int(low), int(high)))
     beyond = gather(replay, low[None] - 1, jnp.zeros(1, int))  # one more would be wrong
-    assert float(beyond.seen.waypoint[0, 4, 0]) != float(low) - 5
+    assert float(beyond.observation.waypoint[0, 4, 0]) != float(low) - 5

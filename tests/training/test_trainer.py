@@ -15,7 +15,7 @@ from glasshelm.cli.train import run
 from glasshelm.core.errors import InputError
 from glasshelm.core.terminal import Terminal
 from glasshelm.encounters.random_encounters import random_scenario
-from glasshelm.env.step import begin
+from glasshelm.env.step import reset
 from glasshelm.networks.checkpoint import file_sha256, read_header
 from glasshelm.pilots.learned import read_pilot
 from glasshelm.ship.nomoto import ship_named
@@ -118,8 +118,8 @@ def test_the_file_alone_rebuilds_the_pilot(whole):
     pilot = read_pilot(folder / FINAL, "final")
     assert pilot.critic is not None
     ship = ship_named("paper")
-    seen = begin(random_scenario(0, ship).encounter, ship).observation
-    rudder, _ = pilot.steer(seen, pilot.start())
+    observation = reset(random_scenario(0, ship).encounter, ship).observation
+    rudder, _ = pilot.steer(observation, pilot.start())
     assert -1 < float(rudder) < 1
 
 

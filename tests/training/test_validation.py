@@ -16,8 +16,8 @@ SHIP = ship_named("paper")
 
 
 class Amidships(eqx.Module):
-    def __call__(self, seen, fleet=None):
-        return jnp.zeros(seen.present.shape[0])
+    def __call__(self, observation, fleet=None):
+        return jnp.zeros(observation.present.shape[0])
 
 
 class OnTheCourse(eqx.Module):
@@ -25,9 +25,10 @@ class OnTheCourse(eqx.Module):
 
     each: jax.Array
 
-    def __call__(self, seen, action, fleet=None):
+    def __call__(self, observation, action, fleet=None):
         return Values(
-            self.each + 1e-3 * seen.waypoint[:, 0, 1], jnp.zeros_like(seen.targets[:, :, 0, 0])
+            self.each + 1e-3 * observation.waypoint[:, 0, 1],
+            jnp.zeros_like(observation.targets[:, :, 0, 0]),
         )
 
 

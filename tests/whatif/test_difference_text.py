@@ -9,9 +9,9 @@ from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.frames.schema import ByTask
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.simulation.voyage import sail
+from glasshelm.simulation.voyage import simulate
 from glasshelm.whatif.ask import what_if
-from glasshelm.whatif.changes import Blind, Deleted
+from glasshelm.whatif.changes import Deleted, Hidden
 from glasshelm.whatif.difference_text import sentence
 from glasshelm.whatif.outcome import Account, Alteration, Differences
 
@@ -22,13 +22,13 @@ FACT = Account((), 0.0, 340.0, True, ByTask(0.0, 0.0, 0.0), 0.35, TURN, 1800.0)
 def told(turn: Alteration | None, apart_m: float) -> str:
     parted = Differences(0.0, 0.02, apart_m, math.radians(-9), 300.0)
     other = dataclasses.replace(FACT, alteration=turn)
-    return sentence("without ship 2", [Blind("2")], FACT, other, parted)
+    return sentence("without ship 2", [Hidden("2")], FACT, other, parted)
 
 
 def test_a_turn_at_once_is_not_the_same_as_one_later():
     """Both end on one heading after 17 minutes, but on tracks 0.68 NM apart."""
     pilot = pilot_named("paper-sum")
-    frames = list(sail(scenario_from("imazu:5", SHIPS["paper"]), pilot, 112))
+    frames = list(simulate(scenario_from("imazu:5", SHIPS["paper"]), pilot, 112))
     assert frames[111].time_s == 555.0
     answer = what_if(frames, 111, pilot, [Deleted("2")])
     assert answer.sentence.startswith(

@@ -9,7 +9,7 @@ from typing import Any
 from pyais.messages import AISSentence
 
 from glasshelm.ais.limits import is_angle_deg, is_size_m, is_speed_kn, is_vessel_mmsi
-from glasshelm.ais.reports import Refusal
+from glasshelm.ais.reports import RejectReason
 from glasshelm.ship.nomoto import KNOT_M_S
 
 #: Message types that tell where a ship is, and those that tell who she is (19: both).
@@ -34,22 +34,22 @@ def mmsi_of(sentence: AISSentence) -> int | None:
     return int(sentence.bv.get(8, 30)) if len(sentence.bv) >= 38 else None
 
 
-def ais_said(sentence: AISSentence) -> Said | Refusal:
+def ais_said(sentence: AISSentence) -> Said | RejectReason:
     """The fields of a Report that a whole message gives, or why it is of no use.
 
     A field in which the message ends is not told.
     """
     mmsi = mmsi_of(sentence)
     if mmsi is None or not _ARMOUR.issuperset(sentence.payload):
-        return Refusal.UNDECODABLE
+        return RejectReason.UNDECODABLE
     if sentence.ais_id in NO_SHIP or not is_vessel_mmsi(mmsi):
-        return Refusal.NO_SHIP
+        return RejectReason.NO_SHIP
     if sentence.ais_id not in POSITION | STATIC:
-        return Refusal.UNUSED
+        return RejectReason.UNUSED
     try:
         message = sentence.decode()
     except Exception:  # of a mangled payload pyais raises many kinds
-        return Refusal.UNDECODABLE
+        return RejectReason.UNDECODABLE
     ends = _ends(type(message))
     told = {name: getattr(message, name) for name, end in ends if end <= len(sentence.bv)}
     said: Said = {}
@@ -60,7 +60,7 @@ def ais_said(sentence: AISSentence) -> Said | Refusal:
     said = {name: value for name, value in said.items() if value is not None}
     if said:
         return {"id": str(mmsi)} | said
-    return Refusal.NOTHING_TOLD if len(told) == len(ends) else Refusal.UNDECODABLE
+    return RejectReason.NOTHING_TOLD if len(told) == len(ends) else RejectReason.UNDECODABLE
 
 
 @functools.cache

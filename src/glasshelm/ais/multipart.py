@@ -6,7 +6,7 @@ from typing import NamedTuple
 from pyais.messages import AISSentence
 
 from glasshelm.ais.nmea_sentence import Framed
-from glasshelm.ais.reports import Counts, Refusal
+from glasshelm.ais.reports import Counts, RejectReason
 
 #: Messages that may be incomplete at a time; the oldest is given up for a new one.
 MOST_WAITING = 32
@@ -55,7 +55,7 @@ class Parts:
             self._give_up(slot)
 
     def _give_up(self, slot: _Slot) -> None:
-        self._counts.refuse(Refusal.PART_MISSING, len(self._waiting.pop(slot)))
+        self._counts.refuse(RejectReason.PART_MISSING, len(self._waiting.pop(slot)))
 
 
 def told_of(parts: list[Part]) -> tuple[datetime | None, str | None]:

@@ -14,7 +14,7 @@ from glasshelm.ais.ais_fields import ais_said, mmsi_of
 from glasshelm.ais.multipart import MOST_WAITING, NEAR_LINES, Part, Parts, told_of
 from glasshelm.ais.nmea_sensors import own_said
 from glasshelm.ais.nmea_sentence import Framed, framed
-from glasshelm.ais.reports import Counts, Refusal, Report
+from glasshelm.ais.reports import Counts, RejectReason, Report
 from glasshelm.ais.stream_clock import StreamClock
 
 #: The name of own ship where no MMSI is known.
@@ -56,7 +56,7 @@ class NmeaReader:
         self._lines += 1
         self._counts.heard += 1
         found = self._line(raw)
-        if isinstance(found, Refusal):
+        if isinstance(found, RejectReason):
             self._counts.refuse(found)
         return found if isinstance(found, Report) else None
 
@@ -64,10 +64,10 @@ class NmeaReader:
         """Give up the messages that will not be completed."""
         self._parts.end()
 
-    def _line(self, raw: bytes) -> Report | Refusal | None:
+    def _line(self, raw: bytes) -> Report | RejectReason | None:
         """A report, a refusal of this line, or None while it waits for other parts."""
         line = framed(raw)
-        if isinstance(line, Refusal):
+        if isinstance(line, RejectReason):
             return line
         line = self._grouped(line)
         if line.sentence[3:6].upper() in (b"VDM", b"VDO"):
@@ -87,13 +87,13 @@ class NmeaReader:
             return line
         return line._replace(time=line.time or first.time, station=line.station or first.station)
 
-    def _ais(self, line: Framed) -> Report | Refusal | None:
+    def _ais(self, line: Framed) -> Report | RejectReason | None:
         try:
             sentence = NMEASentenceFactory.produce(line.sentence)
         except Exception:  # of a mangled sentence pyais raises many kinds
-            return Refusal.UNREADABLE
+            return RejectReason.UNREADABLE
         if not isinstance(sentence, AISSentence):
-            return Refusal.UNREADABLE
+            return RejectReason.UNREADABLE
         if sentence.frag_cnt == 1:
             return self._decoded(sentence, 1, line.time, line.station)
         parts = self._parts.add(Part(sentence, line, self._lines))
@@ -104,10 +104,10 @@ class NmeaReader:
 
     def _decoded(
         self, sentence: AISSentence, parts: int, told: datetime | None, station: str | None
-    ) -> Report | Refusal:
+    ) -> Report | RejectReason:
         """The report of a whole message; all of its parts are counted as its last one is."""
         found = self._report_of(sentence, told, station)
-        if isinstance(found, Refusal):
+        if isinstance(found, RejectReason):
             self._counts.refuse(found, parts - 1)
         else:
             self._counts.understood += parts
@@ -115,39 +115,39 @@ class NmeaReader:
 
     def _report_of(
         self, sentence: AISSentence, told: datetime | None, station: str | None
-    ) -> Report | Refusal:
+    ) -> Report | RejectReason:
         said = ais_said(sentence)
         time = self._time(told, station or str(mmsi_of(sentence)))
-        if isinstance(time, Refusal):
+        if isinstance(time, RejectReason):
             return time
-        if isinstance(said, Refusal):
+        if isinstance(said, RejectReason):
             return said
         if time is None:
-            return Refusal.NO_TIME
+            return RejectReason.NO_TIME
         own = sentence.type.upper() == "VDO" or said["id"] == self._own
         return Report(time=time, own=own, **said)
 
-    def _sensors(self, line: Framed) -> Report | Refusal:
+    def _sensors(self, line: Framed) -> Report | RejectReason:
         """A sentence of own ship's sensors."""
         name, *fields = line.sentence[1:-3].decode("ascii").split(",")
         try:
             said = own_said(name[2:].upper(), fields)
         except (ValueError, IndexError, KeyError, OverflowError):
-            return Refusal.UNDECODABLE
+            return RejectReason.UNDECODABLE
         if said is None:
-            return Refusal.UNUSED
+            return RejectReason.UNUSED
         number = self._own or OWN
         satellites = said.pop("time", None)
         time = self._time(line.time, line.station or number)
-        if isinstance(time, Refusal):
+        if isinstance(time, RejectReason):
             return time
         if line.time is None and satellites is not None and not self._timed:
             # A receiver whose calendar is wrong still knows where she is now.
             time = self._satellites.tell(satellites, number) or self._satellites.now()
         if not said:
-            return Refusal.NOTHING_TOLD
+            return RejectReason.NOTHING_TOLD
         if time is None:
-            return Refusal.NO_TIME
+            return RejectReason.NO_TIME
         self._counts.understood += 1
         return Report(id=number, time=time, own=True, **said)
 
@@ -156,7 +156,7 @@ class NmeaReader:
         """Whether the stream has a time without own ship's satellites."""
         return self._clock.live or self._lines - self._timed_at < HOLDS_LINES
 
-    def _time(self, told: datetime | None, witness: str) -> datetime | Refusal | None:
+    def _time(self, told: datetime | None, witness: str) -> datetime | RejectReason | None:
         """The time of a line: the one it tells, or else the stream's.
 
         Of what is played it must be believed. In a recording each line has its own: it may be
@@ -166,4 +166,4 @@ class NmeaReader:
             return self._clock.now() if self._timed else self._satellites.now()
         self._timed_at = self._lines
         believed = self._clock.tell(told, witness)
-        return believed or (told if self._as_told else Refusal.TIME_JUMP)
+        return believed or (told if self._as_told else RejectReason.TIME_JUMP)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from pyais.messages import TagBlock
 
 from glasshelm.ais.limits import epoch_seconds
-from glasshelm.ais.reports import Refusal
+from glasshelm.ais.reports import RejectReason
 from glasshelm.ais.stream_clock import from_epoch
 
 #: The longest line [bytes]: a tag block of 80 characters and a sentence of 82, and room to spare.
@@ -51,32 +51,32 @@ class Framed(NamedTuple):
     group: Group | None = None
 
 
-def framed(line: bytes) -> Framed | Refusal:
+def framed(line: bytes) -> Framed | RejectReason:
     """What a line holds, or why it is of no use."""
     if len(line) > LONGEST_LINE:
-        return Refusal.TOO_LONG
+        return RejectReason.TOO_LONG
     line = line.removeprefix(_BOM).strip()
     start = _SENTENCE.search(line)
     tag = line.find(b"\\")
     if start is None:
-        return Refusal.UNREADABLE
+        return RejectReason.UNREADABLE
     around = Framed(b"")
     begins = start.start()
     if 0 <= tag < begins:
         begins = tag
         read = _tag_blocks(line[tag:])
-        if isinstance(read, Refusal):
+        if isinstance(read, RejectReason):
             return read
         around, line = read, line[:tag] + read.sentence
     sentence = line[begins:]
     mark = _CHECKSUM.search(sentence)
     if mark is None:
-        return Refusal.CHECKSUM if b"*" in sentence else Refusal.UNREADABLE
+        return RejectReason.CHECKSUM if b"*" in sentence else RejectReason.UNREADABLE
     body, more = sentence[1 : mark.start()], sentence[mark.end() :]
     if checksum_of(body) != int(mark[1], 16):
-        return Refusal.CHECKSUM
+        return RejectReason.CHECKSUM
     if not body.isascii():
-        return Refusal.UNREADABLE
+        return RejectReason.UNREADABLE
     time, station, group = around.time, around.station, around.group
     for beside in (line[:begins], more):
         if beside:
@@ -90,15 +90,15 @@ def checksum_of(body: bytes) -> int:
     return functools.reduce(operator.xor, body, 0)
 
 
-def _tag_blocks(line: bytes) -> Framed | Refusal:
+def _tag_blocks(line: bytes) -> Framed | RejectReason:
     """What the tag blocks at the beginning of a line tell; the sentence is what follows them."""
     around = Framed(b"")
     while line.startswith(b"\\"):
         tag, closed, line = line[1:].partition(b"\\")
         if not closed:
-            return Refusal.UNREADABLE
+            return RejectReason.UNREADABLE
         block = _tag_block(tag)
-        if isinstance(block, Refusal):
+        if isinstance(block, RejectReason):
             return block
         around = Framed(
             b"",
@@ -110,17 +110,17 @@ def _tag_blocks(line: bytes) -> Framed | Refusal:
 
 
 @functools.lru_cache(4096)  # in a second many lines have the same
-def _tag_block(tag: bytes) -> Framed | Refusal:
+def _tag_block(tag: bytes) -> Framed | RejectReason:
     """What one tag block tells."""
     block = TagBlock(tag)
     block.init()
     if not block.is_valid:
-        return Refusal.CHECKSUM
+        return RejectReason.CHECKSUM
     time, told = None, block.receiver_timestamp
     if told is not None:
         time = _time_of(told)
         if time is None:
-            return Refusal.IMPOSSIBLE_TIME
+            return RejectReason.IMPOSSIBLE_TIME
     station = f"station:{block.source_station}" if block.source_station else None
     g = block.group
     group = None if g is None else Group(g.sentence_num, g.sentence_tot, str(g.group_id))

@@ -10,7 +10,7 @@ from glasshelm.ship.nomoto import KNOT_M_S
 LONGEST_ID = 100
 
 
-def possible(r: Report) -> bool:
+def is_plausible(r: Report) -> bool:
     """Numbers that are numbers, a place on the globe (not the void 0°, 0°), a ship's speed."""
     if not 0 < len(r.id) <= LONGEST_ID:
         return False

@@ -48,7 +48,7 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     ended: tuple[str, ...] = ()
 
 
-class Refusal(StrEnum):
+class RejectReason(StrEnum):
     """Why something heard was of no use. A fixed set: no input can make it grow."""
 
     TOO_LONG = "longer than any sentence or message may be"
@@ -73,12 +73,12 @@ class Refusal(StrEnum):
 #: What every feed holds beside what is of use: no fault of it.
 _USUAL = frozenset(
     (
-        Refusal.UNUSED,
-        Refusal.NO_SHIP,
-        Refusal.NOTHING_TOLD,
-        Refusal.LATE,
-        Refusal.REPEATED,
-        Refusal.FAR,
+        RejectReason.UNUSED,
+        RejectReason.NO_SHIP,
+        RejectReason.NOTHING_TOLD,
+        RejectReason.LATE,
+        RejectReason.REPEATED,
+        RejectReason.FAR,
     )
 )
 
@@ -96,7 +96,7 @@ class Counts:
         self.what = what
         self.heard = 0
         self.understood = 0
-        self.refused: dict[Refusal, int] = dict.fromkeys(Refusal, 0)
+        self.refused: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
         #: More about what is refused, for people: which clocks are wrong.
         self.remark: Callable[[], str | None] = lambda: None
 
@@ -115,7 +115,7 @@ class Counts:
         """Whether something was refused that a sound feed does not hold."""
         return any(n for why, n in self.refused.items() if why not in _USUAL)
 
-    def refuse(self, why: Refusal, count: int = 1) -> None:
+    def refuse(self, why: RejectReason, count: int = 1) -> None:
         """Count ``count`` of those heard as refused."""
         self.refused[why] += count
 
@@ -131,7 +131,7 @@ class Counts:
         refused = {str(why): count for why, count in self._reasons()}
         return {"heard": self.heard, "used": self.understood, "refused": refused}
 
-    def _reasons(self) -> list[tuple[Refusal, int]]:
+    def _reasons(self) -> list[tuple[RejectReason, int]]:
         return [(why, count) for why, count in self.refused.items() if count]
 
 

@@ -7,7 +7,7 @@ import msgspec
 
 from glasshelm.ais.limits import is_vessel_mmsi
 from glasshelm.ais.mmsi import is_number
-from glasshelm.ais.reports import Counts, Refusal, Report
+from glasshelm.ais.reports import Counts, RejectReason, Report
 from glasshelm.ais.signalk_times import time_of
 from glasshelm.ais.signalk_values import read_values
 from glasshelm.ais.stream_clock import StreamClock
@@ -63,56 +63,56 @@ class DeltaReader:
         """The reports of a message, one for each update that tells something."""
         self._counts.heard += 1
         found = self._message(raw)
-        if isinstance(found, Refusal):
+        if isinstance(found, RejectReason):
             self._counts.refuse(found)
             return []
         self._counts.understood += 1
         return found
 
-    def _message(self, raw: str | bytes) -> list[Report] | Refusal:
+    def _message(self, raw: str | bytes) -> list[Report] | RejectReason:
         if len(raw) > LONGEST_MESSAGE:
-            return Refusal.TOO_LONG
+            return RejectReason.TOO_LONG
         try:
             message = _DECODER.decode(raw)
         except msgspec.ValidationError:
-            return Refusal.UNDECODABLE
+            return RejectReason.UNDECODABLE
         except (msgspec.DecodeError, UnicodeError, RecursionError):
-            return Refusal.UNREADABLE
+            return RejectReason.UNREADABLE
         if message.updates is None:
             if message.self is None:
-                return Refusal.UNUSED
+                return RejectReason.UNUSED
             self._self = _full(message.self)
             return []
         context = self._self if message.context is None else message.context
         if context == _VESSELS + "self":
             context = self._self
         if not context.startswith(_VESSELS):
-            return Refusal.NO_SHIP
+            return RejectReason.NO_SHIP
         if len(context) > LONGEST_CONTEXT:
-            return Refusal.UNDECODABLE
+            return RejectReason.UNDECODABLE
         reports: list[Report] = []
-        refused: list[Refusal] = []
+        refused: list[RejectReason] = []
         for update in message.updates:
             found = self._report(context, update)
-            (refused if isinstance(found, Refusal) else reports).append(found)  # pyright: ignore
+            (refused if isinstance(found, RejectReason) else reports).append(found)  # pyright: ignore
         # Of several updates without any use, the message's reason is the first one's.
-        return reports or (refused[0] if refused else Refusal.NOTHING_TOLD)
+        return reports or (refused[0] if refused else RejectReason.NOTHING_TOLD)
 
-    def _report(self, context: str, update: _Update) -> Report | Refusal:
+    def _report(self, context: str, update: _Update) -> Report | RejectReason:
         """What one update says of the ship of a context."""
         said = read_values((one.path, one.value) for one in update.values)
         number, formerly = self._number(context, said.mmsi)
         if _no_ship(number) and formerly is None:
-            return Refusal.NO_SHIP
+            return RejectReason.NO_SHIP
         own = context == self._self or number == self._own
         ended = self._route_ended(said.route, said.routes_ended) if own else False
         if not (said.fields or said.ended or ended or formerly):
             if said.bad:
-                return Refusal.UNDECODABLE
-            return Refusal.NOTHING_TOLD if said.used else Refusal.UNUSED
+                return RejectReason.UNDECODABLE
+            return RejectReason.NOTHING_TOLD if said.used else RejectReason.UNUSED
         told = time_of(update.timestamp)
         if told is None and update.timestamp is not None:
-            return Refusal.UNDECODABLE
+            return RejectReason.UNDECODABLE
         if told is not None and said.moves:
             self._clock.tell(told, number)
         time = told or self._clock.now() or datetime.now(UTC)

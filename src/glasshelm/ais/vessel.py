@@ -18,7 +18,7 @@ from glasshelm.ais.cleaning import (
     STALE_S,
 )
 from glasshelm.ais.limits import FASTEST_KN
-from glasshelm.ais.reports import Refusal, Report
+from glasshelm.ais.reports import RejectReason, Report
 from glasshelm.encounters.own_ship_candidates import UNDER_WAY_KN
 from glasshelm.ship.nomoto import KNOT_M_S
 
@@ -49,7 +49,7 @@ class Fix:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Value:
+class Timed:
     """A number and when it was said [s since 1970]."""
 
     value: float
@@ -89,17 +89,17 @@ class Vessel:
         self.beam_m: float | None = None
         self.kind: str | None = None
         self.fix: Fix | None = None
-        self.heading: Value | None = None
-        self.rate_of_turn: Value | None = None
-        self.rudder: Value | None = None
+        self.heading: Timed | None = None
+        self.rate_of_turn: Timed | None = None
+        self.rudder: Timed | None = None
         #: When anything at all was last heard of her [s since 1970].
         self.heard_s = -math.inf
         #: Where her positions were, compared with own ship's.
         self.compared = Compared()
         #: Where another ship is, with the same number, heard in turn with her.
         self.other: Fix | None = None
-        self._course: Value | None = None
-        self._speed: Value | None = None
+        self._course: Timed | None = None
+        self._speed: Timed | None = None
         self._waiting: list[Fix] = []
         self._on_track = 0
         self._before: deque[Fix] = deque(maxlen=2)
@@ -112,7 +112,7 @@ class Vessel:
         self.beam_m = r.beam_m or self.beam_m
         self.heard_s = max(self.heard_s, time_s)
 
-    def take(self, r: Report, time_s: float) -> Refusal | None:
+    def take(self, r: Report, time_s: float) -> RejectReason | None:
         """Note where she is and how she moves, or say why that is not believed."""
         if r.latitude_deg is not None and r.longitude_deg is not None:
             fix = Fix(time_s, r.latitude_deg, r.longitude_deg, r.course_rad, r.speed_m_s)
@@ -181,11 +181,11 @@ class Vessel:
                 case "rudder_rad":
                     self.rudder = None
                 case "course_rad" if self._course is not None:
-                    self._course = Value(self._course.value, -math.inf)
+                    self._course = Timed(self._course.value, -math.inf)
                 case "speed_m_s" if self._speed is not None:
-                    self._speed = Value(self._speed.value, -math.inf)
+                    self._speed = Timed(self._speed.value, -math.inf)
 
-    def _place(self, fix: Fix) -> Refusal | None:
+    def _place(self, fix: Fix) -> RejectReason | None:
         """Move her to a new position if she can be there.
 
         A position or course that she cannot have reached waits; when ``AGREEING`` such
@@ -195,9 +195,9 @@ class Vessel:
         last = self.fix
         if last is not None:
             if fix.time_s < last.time_s:
-                return Refusal.LATE
+                return RejectReason.LATE
             if repeats(last, fix):
-                return Refusal.REPEATED
+                return RejectReason.REPEATED
             if not follows(last, fix):
                 refused = self._off_track(last, fix)
                 if refused is not None:
@@ -211,22 +211,22 @@ class Vessel:
             self._before.append(fix)
         return None
 
-    def _off_track(self, last: Fix, fix: Fix) -> Refusal | None:
+    def _off_track(self, last: Fix, fix: Fix) -> RejectReason | None:
         """A position that she cannot have reached: why it is refused; None if it is hers now."""
         waiting = self._waiting
         if waiting and (fix.time_s <= waiting[-1].time_s or repeats(waiting[-1], fix)):
-            return Refusal.JUMP  # said thrice at one instant is said once
+            return RejectReason.JUMP  # said thrice at one instant is said once
         if waiting and not follows(waiting[-1], fix):
             waiting.clear()
         if not waiting:
             self._on_track = 0
         waiting.append(fix)
         if len(waiting) < AGREEING:
-            return Refusal.JUMP
+            return RejectReason.JUMP
         elsewhere = math.hypot(*way_m(last, fix)) > POSITION_ERROR_M
         if self._on_track >= AGREEING - 1 and elsewhere:
             self.other = waiting.pop()
-            return Refusal.JUMP
+            return RejectReason.JUMP
         self._before.clear()
         self._waiting = []
         return None
@@ -266,12 +266,12 @@ def repeats(a: Fix, b: Fix) -> bool:
     return gap == 0 or (gap < REPEAT_S and same)
 
 
-def _near(value: Value | None, fix: Fix) -> bool:
+def _near(value: Timed | None, fix: Fix) -> bool:
     return value is not None and abs(value.time_s - fix.time_s) <= TOGETHER_S
 
 
-def _later(known: Value | None, value: float | None, time_s: float) -> Value | None:
+def _later(known: Timed | None, value: float | None, time_s: float) -> Timed | None:
     """The newer of two values."""
     if value is None or (known is not None and time_s < known.time_s):
         return known
-    return Value(value, time_s)
+    return Timed(value, time_s)

@@ -6,23 +6,30 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.certify.measurements import EACH, OWN, Scene, SensorErrors, observed, shifted
+from glasshelm.certify.measurements import (
+    N_TARGET_ERRORS,
+    OWN,
+    RawPlots,
+    SensorErrors,
+    observed,
+    shifted,
+)
 from glasshelm.networks.actors import Actor
 
 
 def rudder_at(
-    actor: Actor, scene: Scene, errors: SensorErrors, fractions: Float[Array, " k"]
+    actor: Actor, scene: RawPlots, errors: SensorErrors, fractions: Float[Array, " k"]
 ) -> Float[Array, ""]:
     """The rudder with these errors, as a fraction of the limit."""
-    own, each = fractions[:OWN], fractions[OWN:].reshape(-1, EACH)
+    own, each = fractions[:OWN], fractions[OWN:].reshape(-1, N_TARGET_ERRORS)
     return actor(observed(shifted(scene, own * errors.own(), each * errors.each())))
 
 
 def random_rudders(
-    actor: Actor, scene: Scene, errors: SensorErrors, key: PRNGKeyArray, samples: int
+    actor: Actor, scene: RawPlots, errors: SensorErrors, key: PRNGKeyArray, samples: int
 ) -> Float[Array, " s"]:
     """Rudders at errors drawn evenly from the box; every other one from its corners."""
-    size = OWN + EACH * scene.present.shape[0]
+    size = OWN + N_TARGET_ERRORS * scene.present.shape[0]
     inside = jax.random.uniform(key, (samples, size), minval=-1.0, maxval=1.0)
     corners = jnp.where(inside < 0, -1.0, 1.0)
     drawn = jnp.where((jnp.arange(samples) % 2 == 0)[:, None], inside, corners)
@@ -31,7 +38,7 @@ def random_rudders(
 
 def attacked_rudders(
     actor: Actor,
-    scene: Scene,
+    scene: RawPlots,
     errors: SensorErrors,
     key: PRNGKeyArray,
     starts: int = 8,
@@ -42,7 +49,7 @@ def attacked_rudders(
     From random starts; steps along the sign of the gradient, from 0.5 of the
     largest errors down to 0.02.
     """
-    size = OWN + EACH * scene.present.shape[0]
+    size = OWN + N_TARGET_ERRORS * scene.present.shape[0]
     begin = jax.random.uniform(key, (starts, size), minval=-1.0, maxval=1.0)
     begin = begin.at[0].set(0.0)
     sizes = jnp.geomspace(0.5, 0.02, steps)

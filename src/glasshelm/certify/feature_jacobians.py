@@ -224,7 +224,7 @@ def target_derivatives(
     at = _stretches(m, box)
     place, numbers = _Place(at), [at.number(i) for i in range(2, 6)]
     h, own, c, s = numbers
-    seen, circle, (dx, dy, bearing, range_) = _placed(place, h)
+    observation, circle, (dx, dy, bearing, range_) = _placed(place, h)
     none = None
     minus = Jet(exactly(np.full_like(dx.low, -1.0)), dx * 0.0)
     aspect = c - h
@@ -262,7 +262,9 @@ def target_derivatives(
     time = np.where(tcpa.low + tcpa.high < 0, -CPA_HORIZON_S, CPA_HORIZON_S)
     time = np.where(np.isnan(time), CPA_HORIZON_S, time)
     distance, whither = _later(at, place, numbers, time)
-    held = [[_sum(a, b, time) for a, b in zip(seen[i], moving[i], strict=True)] for i in (0, 1)]
+    held = [
+        [_sum(a, b, time) for a, b in zip(observation[i], moving[i], strict=True)] for i in (0, 1)
+    ]
     held.append(
         [whither.sine(), whither.cosine(), *(_scaled(x, time) for x in _sway(numbers, whither))]
     )
@@ -277,7 +279,7 @@ def target_derivatives(
     bent, meeting = _bent(
         _matrix(free, like), _matrix(held, like), miss.value, tcpa, values, range_
     )
-    rows = _matrix([*seen[:3], *moving, seen[3]], like)
+    rows = _matrix([*observation[:3], *moving, observation[3]], like)
     unit = _UNITS[:, None]
     value = Interval(*(np.concatenate(x, -2) for x in _pairs(rows.value, bent.value)))
     rate = Interval(*(np.concatenate(x, -2) for x in _pairs(rows.rate, bent.rate)))
@@ -291,8 +293,8 @@ def waypoint_derivatives(
     """Of Eq. 10."""
     at = _stretches(m, box)
     place, h = _Place(at), at.number(2)
-    seen, circle, (dx, dy, bearing, _) = _placed(place, h)
-    rows = _matrix(seen[:3], dx.low)
+    observation, circle, (dx, dy, bearing, _) = _placed(place, h)
+    rows = _matrix(observation[:3], dx.low)
     unit = _UNITS[:3, None]
     features = _over(stack([dx, dy, bearing]), _UNITS[:3])
     return _gathered(at, _over(rows.value, unit), _over(rows.rate, unit), features, circle)

@@ -18,7 +18,7 @@ from glasshelm.certify.feature_jacobians import (
     waypoint_derivatives,
 )
 from glasshelm.certify.interval_arithmetic import Interval
-from glasshelm.certify.measurements import EACH, OWN
+from glasshelm.certify.measurements import N_TARGET_ERRORS, OWN
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.env.observe import ANGLE_RAD, DISTANCE_M, LENGTH_M, SPEED_M_S, TIME_S
 from glasshelm.networks.input_features import GAIN, LENGTHS, NEAR, Lens
@@ -58,9 +58,9 @@ def waypoint_inputs(
     """The waypoint encoder's inputs as forms [..., d] in own ship's errors, of radii ``own``."""
     each = np.zeros_like(own)
     found = waypoint_derivatives(_shells(plots), _boxes(own, each))
-    seen = _seen(plots)[..., : found.frames.low.shape[-2]]
-    rounding = _ROUNDING * np.maximum(1.0, np.abs(seen))
-    return _inputs(lens, found, seen, rounding, own, each)
+    observation = _seen(plots)[..., : found.frames.low.shape[-2]]
+    rounding = _ROUNDING * np.maximum(1.0, np.abs(observation))
+    return _inputs(lens, found, observation, rounding, own, each)
 
 
 def target_inputs(
@@ -72,10 +72,10 @@ def target_inputs(
     """The target encoder's inputs, as forms [..., d] in own ship's and her errors."""
     with np.errstate(all="ignore"):  # what is not a number could be any
         found = target_derivatives(_shells(plots), _boxes(own, each))
-    seen = _seen(plots)
-    rounding = _ROUNDING * np.maximum(1.0, np.abs(seen))
+    observation = _seen(plots)
+    rounding = _ROUNDING * np.maximum(1.0, np.abs(observation))
     rounding[..., _CPA_X:] += _lost_in_cpa(plots)
-    return _inputs(lens, found, seen, rounding, own, each)
+    return _inputs(lens, found, observation, rounding, own, each)
 
 
 def _lost_in_cpa(m: np.ndarray) -> np.ndarray:
@@ -140,49 +140,49 @@ def _seen(m: np.ndarray) -> np.ndarray:
 def _inputs(
     lens: Lens,
     found: Derivatives,
-    seen: np.ndarray,
+    observation: np.ndarray,
     rounding: np.ndarray,
     own: np.ndarray,
     each: np.ndarray,
 ) -> Form:
     """The inputs of a network through its lens (networks/lens.py)."""
     widest = -1  # the shell that is the whole box
-    frames = _form(seen, found.frames, own, each, rounding)
+    frames = _form(observation, found.frames, own, each, rounding)
     frames = _limited(frames, found.values[widest], rounding, skip=_BEARING)
     frames = _round_the_compass(frames)
     if lens == "flat":
-        lead = seen.ndim - 2
+        lead = observation.ndim - 2
         return Form(*(x.reshape(*x.shape[:lead], -1, *x.shape[lead + 2 :]) for x in frames))
-    lead = (slice(None),) * (seen.ndim - 2)
+    lead = (slice(None),) * (observation.ndim - 2)
     newer, older = frames.at(*lead, slice(None, -1)), frames.at(*lead, slice(1, None))
     difference = Form(
         newer.centre - older.centre, newer.slope - older.slope, newer.slack + older.slack
     )
-    change = np.diff(seen, axis=-2) * -1.0
+    change = np.diff(observation, axis=-2) * -1.0
     steps = _narrowest(_form(change, found.steps, own, each, 0.0), difference)
     steps = _limited(steps, found.change[widest], 0.0, skip=_BEARING)
     # Differences of bearings are taken the short way round.
     steps.centre[..., _BEARING] = (steps.centre[..., _BEARING] + 1.0) % 2.0 - 1.0
     steps = _round_the_compass(steps)
     lost = rounding[..., :-1, :] + rounding[..., 1:, :]
-    flat = (*seen.shape[:-2], -1)
+    flat = (*observation.shape[:-2], -1)
     now = frames.at(*lead, 0)
     slope, slack = _linear(found.circle, own, each)
-    angle = np.pi * seen[..., 0, _BEARING]
+    angle = np.pi * observation[..., 0, _BEARING]
     sides = Form(np.stack([np.sin(angle), np.cos(angle)], -1), slope, slack + 2 * _ROUNDING)
     parts = [
         now,
         Form(
             (GAIN * steps.centre).reshape(flat),
-            (GAIN * steps.slope).reshape(*flat, OWN + EACH),
+            (GAIN * steps.slope).reshape(*flat, OWN + N_TARGET_ERRORS),
             (GAIN * (steps.slack + lost)).reshape(flat),
         ),
         _limited(sides, Interval(-np.ones(2), np.ones(2)), 0.0),
     ]
-    if seen.shape[-1] > max(LENGTHS):
+    if observation.shape[-1] > max(LENGTHS):
         lengths = np.array(LENGTHS)
         parts.append(_near(now.at(*lead, lengths)))
-    axis = seen.ndim - 2
+    axis = observation.ndim - 2
     return Form(*(np.concatenate(x, axis) for x in zip(*parts, strict=True)))
 
 

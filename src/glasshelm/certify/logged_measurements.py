@@ -15,14 +15,14 @@ import msgspec
 import numpy as np
 from jaxtyping import Array, Float
 
-from glasshelm.certify.measurements import Scene, observed
+from glasshelm.certify.measurements import RawPlots, observed
 from glasshelm.certify.rudder_band import Band, action_bounds, certifiable
-from glasshelm.certify.sensor_error_bounds import Errors
+from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import FRAMES
 from glasshelm.env.target_selection import CAPACITY
 from glasshelm.frames import schema as f
-from glasshelm.frames.frame_log import begins
+from glasshelm.frames.frame_log import is_episode_start
 from glasshelm.frames.schema import Frame
 from glasshelm.networks.actors import SumActor
 from glasshelm.pilots.protocols import Pilot
@@ -37,23 +37,25 @@ SAME = 2e-3
 Plots = Float[np.ndarray, "frames 6"]
 
 
-def scene_of(frames: Sequence[Frame]) -> Scene:
+def scene_of(frames: Sequence[Frame]) -> RawPlots:
     """The plots behind the last of these frames, as the pilot remembered them (Eq. 12).
 
     Of the ships that it was shown: of each as far back as she was there without a gap.
     """
     last = len(frames) - 1
-    seen = [frames[last]]
-    while len(seen) <= min(last, FRAMES - 1) and not begins(frames, last - len(seen) + 1):
-        seen.append(frames[last - len(seen)])
-    shown = [t.id for t in seen[0].targets if t.fed and not t.lost]
+    observation = [frames[last]]
+    while len(observation) <= min(last, FRAMES - 1) and not is_episode_start(
+        frames, last - len(observation) + 1
+    ):
+        observation.append(frames[last - len(observation)])
+    shown = [t.id for t in observation[0].targets if t.fed and not t.lost]
     slots = next(slots for slots in SLOTS if slots >= len(shown))
     targets = np.zeros((slots, FRAMES, 6), np.float32)
     for slot, id in enumerate(shown):
-        targets[slot] = _remembered([_target_plot(frame, id) for frame in seen])
-    waypoint = _remembered([_plot(frame, frame.waypoint) for frame in seen])
+        targets[slot] = _remembered([_target_plot(frame, id) for frame in observation])
+    waypoint = _remembered([_plot(frame, frame.waypoint) for frame in observation])
     present = np.arange(slots) < len(shown)
-    return Scene(jnp.asarray(waypoint), jnp.asarray(targets), jnp.asarray(present))
+    return RawPlots(jnp.asarray(waypoint), jnp.asarray(targets), jnp.asarray(present))
 
 
 def _remembered(rows: list[list[float] | None]) -> Plots:
@@ -75,7 +77,9 @@ def _plot(
     return [east_m, north_m, own.heading_rad, own.speed_m_s, course_rad, speed_m_s]
 
 
-def band_of(frames: Sequence[Frame], pilot: Pilot, errors: Errors, cells: int = CELLS) -> f.Band:
+def band_of(
+    frames: Sequence[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = CELLS
+) -> f.Band:
     """The certified band of the last of these frames, decided by this pilot.
 
     The four frames before it are needed where there were any. InputError if the
@@ -86,19 +90,19 @@ def band_of(frames: Sequence[Frame], pilot: Pilot, errors: Errors, cells: int = 
     decided = math.nan if frame.decision is None else frame.decision.rudder_rad / limit
     if not abs(float(_again(actor, scene)) - decided) <= SAME:
         raise InputError(f"{pilot.name} did not decide this rudder on these five frames")
-    one = Scene(scene.waypoint[None], scene.targets[None], scene.present[None])
+    one = RawPlots(scene.waypoint[None], scene.targets[None], scene.present[None])
     low, high = (float(x[0]) * limit for x in action_bounds(actor, one, errors.of_sensors(), cells))
     side = {1: "starboard", -1: "port", 0: None}[Band(low, high).turn]
     return f.Band(low, high, errors.position_m, errors.course_rad, errors.speed_m_s, side)
 
 
 @eqx.filter_jit
-def _again(actor: SumActor, scene: Scene) -> Float[Array, ""]:
+def _again(actor: SumActor, scene: RawPlots) -> Float[Array, ""]:
     return actor(observed(scene))
 
 
 def with_bands(
-    frames: Iterable[Frame], pilot: Pilot, errors: Errors, cells: int = CELLS
+    frames: Iterable[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = CELLS
 ) -> Iterator[Frame]:
     """The frames of a voyage, each with its band. InputError as :func:`band_of`, at once."""
     certifiable(pilot)

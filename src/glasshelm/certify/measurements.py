@@ -12,11 +12,11 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Motion
-from glasshelm.env.observe import FRAMES, Observation, in_front, see
+from glasshelm.env.observe import FRAMES, Observation, in_front, observe
 from glasshelm.ship.nomoto import ShipState
 
 #: Symbols of own ship's errors (east, north, heading, speed) and of one target's.
-OWN, EACH = 4, 4
+OWN, N_TARGET_ERRORS = 4, 4
 #: The numbers of a plot, in order.
 NUMBERS = ("east_m", "north_m", "heading_rad", "own_speed_m_s", "course_rad", "speed_m_s")
 
@@ -46,7 +46,7 @@ class SensorErrors(eqx.Module):
         return jnp.stack([jnp.asarray(x, jnp.float32) for x in one])
 
 
-class Scene(eqx.Module):
+class RawPlots(eqx.Module):
     """Plots over five frames, newest first; a waypoint's course and speed mean nothing.
 
     A plot is (east, north) from own ship [m], own heading [rad] and speed [m/s] at that
@@ -75,34 +75,36 @@ def plots(
     )
 
 
-def no_scene(slots: int) -> Scene:
+def no_scene(slots: int) -> RawPlots:
     """The history before the first frame."""
-    return Scene(jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool))
+    return RawPlots(jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool))
 
 
 def recall(
-    history: Scene,
+    history: RawPlots,
     own: ShipState,
     waypoint: Vector,
     motion: Motion,
     present: Bool[Array, " n"],
     first: Bool[Array, ""] | bool,
-) -> Scene:
+) -> RawPlots:
     """The history with a new frame in front: :func:`glasshelm.env.observe.remember` of plots."""
     ahead, targets = plots(own, waypoint, motion)
     new = jnp.logical_not(history.present) | first
-    return Scene(
+    return RawPlots(
         in_front(ahead, history.waypoint, jnp.asarray(first)),
         in_front(targets, history.targets, new),
         present,
     )
 
 
-def observed(scene: Scene) -> Observation:
+def observed(scene: RawPlots) -> Observation:
     """What the pilot sees of a scene, by the code that she sails with (Eq. 10-12)."""
-    seen = jax.vmap(lambda plot: _seen(plot[None])[0])(scene.waypoint)
+    observation = jax.vmap(lambda plot: _seen(plot[None])[0])(scene.waypoint)
     targets = jax.vmap(lambda row: _seen(row)[1])(scene.targets)
-    return Observation(seen, jnp.where(scene.present[:, None, None], targets, 0.0), scene.present)
+    return Observation(
+        observation, jnp.where(scene.present[:, None, None], targets, 0.0), scene.present
+    )
 
 
 def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k 10"]]:
@@ -112,14 +114,14 @@ def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k
         nought = jnp.zeros_like(p[0])
         own = ShipState(nought, nought, p[2], nought, nought, p[3])
         motion = Motion(p[0:1], p[1:2], p[4:5], p[5:6], p[0:1] * 0, jnp.ones(1, bool))
-        sight = see(own, Vector(p[0], p[1]), motion, motion.present)
+        sight = observe(own, Vector(p[0], p[1]), motion, motion.present)
         return sight.waypoint, sight.targets[0]
 
     waypoint, targets = jax.vmap(one)(plot)
     return waypoint[0], targets
 
 
-def shifted(scene: Scene, own: Float[Array, "4"], each: Float[Array, "n 4"]) -> Scene:
+def shifted(scene: RawPlots, own: Float[Array, "4"], each: Float[Array, "n 4"]) -> RawPlots:
     """The scene as it would have been measured with these errors [m, rad, m/s] on top.
 
     An own ship shown too far east sees everything too far west.
@@ -127,4 +129,4 @@ def shifted(scene: Scene, own: Float[Array, "4"], each: Float[Array, "n 4"]) -> 
     nothing = jnp.zeros(2)
     mine = jnp.concatenate([-own[:2], own[2:], nothing])
     theirs = jnp.concatenate([each[:, :2], jnp.zeros_like(each[:, :2]), each[:, 2:]], -1)
-    return Scene(scene.waypoint + mine, scene.targets + mine + theirs[:, None], scene.present)
+    return RawPlots(scene.waypoint + mine, scene.targets + mine + theirs[:, None], scene.present)

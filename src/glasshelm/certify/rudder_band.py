@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.certify.crown import Bound, rudder_bounds
 from glasshelm.certify.input_bounds import Form, target_inputs, waypoint_inputs
-from glasshelm.certify.measurements import EACH, OWN, Scene, SensorErrors
+from glasshelm.certify.measurements import N_TARGET_ERRORS, OWN, RawPlots, SensorErrors
 from glasshelm.core.errors import InputError
 from glasshelm.networks.actors import SumActor
 from glasshelm.networks.mlp import softsign
@@ -71,7 +71,9 @@ class _Cell:
         return [dataclasses.replace(self, centre=c, radius=self.radius - half) for c in centres]
 
 
-def certified_band(pilot: LearnedPilot, scene: Scene, errors: SensorErrors, cells: int = 1) -> Band:
+def certified_band(
+    pilot: LearnedPilot, scene: RawPlots, errors: SensorErrors, cells: int = 1
+) -> Band:
     """Bounds on the rudder of a sum pilot for every scene within ``errors`` of this one.
 
     ``cells`` bounds are asked for at most; more make the band narrower. InputError if the
@@ -96,12 +98,12 @@ def certifiable(pilot: Pilot) -> SumActor:
 
 
 def action_bounds(
-    actor: SumActor, scenes: Scene, errors: SensorErrors, cells: int = 1
+    actor: SumActor, scenes: RawPlots, errors: SensorErrors, cells: int = 1
 ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " s"]]:
     """The least and the greatest rudder of each of many scenes, as fractions of the limit."""
     count, slots = scenes.present.shape
     bounded = partial(_bounded, actor, _Plots(scenes), _largest(errors, slots))
-    size = OWN + EACH * slots
+    size = OWN + N_TARGET_ERRORS * slots
     cover = [[cell] for cell in bounded([_whole(i, size) for i in range(count)])]
     # Two cells are halved at most at a time: the lowest and the highest.
     for _ in range((cells - 1) // 4):
@@ -128,11 +130,11 @@ def _whole(scene: int, size: int) -> _Cell:
 class _Plots:
     """Scenes in double precision."""
 
-    def __init__(self, scenes: Scene):
+    def __init__(self, scenes: RawPlots):
         self.waypoint = np.asarray(scenes.waypoint, np.float64)
         self.present = np.asarray(scenes.present)
-        seen = self.present[..., None, None]
-        self.targets = np.where(seen, np.asarray(scenes.targets, np.float64), _HARMLESS)
+        observation = self.present[..., None, None]
+        self.targets = np.where(observation, np.asarray(scenes.targets, np.float64), _HARMLESS)
 
 
 def _largest(errors: SensorErrors, slots: int) -> Float[np.ndarray, " k"]:
@@ -173,7 +175,7 @@ def _forms(
 ) -> tuple[Form, Form]:
     """The networks' inputs [cell, d] and [cell, slot, d]; only ships that are there are asked."""
     count, slots = scenes.present[which].shape
-    own, each = centres[:, :OWN], centres[:, OWN:].reshape(count, slots, EACH)
+    own, each = centres[:, :OWN], centres[:, OWN:].reshape(count, slots, N_TARGET_ERRORS)
     nothing = np.zeros_like(own[:, :2])
     # An own ship shown too far east sees everything too far west.
     mine = np.concatenate([-own[:, :2], own[:, 2:], nothing], -1)[:, None]
@@ -183,7 +185,7 @@ def _forms(
     if not cell.size:  # where nobody is, one is asked all the same: her row is not used
         cell = slot = np.zeros(1, int)
     plots = scenes.targets[which[cell], slot] + mine[cell] + theirs[cell, slot][:, None]
-    spread = radii[:, OWN:].reshape(count, slots, EACH)
+    spread = radii[:, OWN:].reshape(count, slots, N_TARGET_ERRORS)
     rows = target_inputs(actor.lens, plots, radii[cell, :OWN], spread[cell, slot])
     around = [np.zeros((count, slots, *x.shape[1:])) for x in rows]
     for whole, part in zip(around, rows, strict=True):

@@ -14,7 +14,7 @@ USUAL = "10,0.5,0.1"
 
 
 @dataclasses.dataclass(frozen=True)
-class Errors:
+class SensorErrorBounds:
     """The same for own ship and every target.
 
     Of positions on each axis, of heading and courses, of speeds.
@@ -29,7 +29,7 @@ class Errors:
         return SensorErrors(*(jnp.asarray(x, jnp.float32) for x in one + one))
 
 
-def declared(text: str) -> Errors:
+def declared(text: str) -> SensorErrorBounds:
     """From ``10,0.5,0.1``: metres, degrees, knots. InputError if it is not three sizes."""
     try:
         position, course, speed = map(float, text.split(","))
@@ -39,4 +39,4 @@ def declared(text: str) -> Errors:
         raise InputError(
             f"errors {text[:100]!r}: three numbers, 0 or more: metres, degrees and knots ({USUAL})"
         )
-    return Errors(position, math.radians(course), speed * KNOT_M_S)
+    return SensorErrorBounds(position, math.radians(course), speed * KNOT_M_S)

@@ -39,15 +39,15 @@ def run(
         parquet: Write encounters.parquet and meetings.parquet.
         figures: Draw the figures.
     """
-    from glasshelm.core.compile_cache import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
+    enable_compile_cache()
     import shlex
     import sys
 
-    from glasshelm.core.output_dir import claimed, whole
-    from glasshelm.core.terminal import Terminal, tell
-    from glasshelm.evaluation.contenders import check_references, entrants
+    from glasshelm.core.output_dir import atomic_write, locked_folder
+    from glasshelm.core.terminal import Terminal, print_result
+    from glasshelm.evaluation.contenders import check_references, contenders_named
     from glasshelm.evaluation.evaluation_progress import Display
     from glasshelm.evaluation.examination import examine
     from glasshelm.evaluation.parquet_export import write_parquet
@@ -56,10 +56,10 @@ def run(
 
     console = Terminal()
     command = shlex.join(["glasshelm", *sys.argv[1:]])
-    chosen = entrants(pilots, ships)
+    chosen = contenders_named(pilots, ships)
     check_references(against, chosen)
     hands = workers_named(workers, address)
-    with claimed(out):
+    with locked_folder(out):
         with Display(console) as display:
             try:
                 found = examine(chosen, suite, out, command, encounters, hands, display.show)
@@ -70,7 +70,7 @@ def run(
                 )
                 raise
         text = report(found, against)
-        with whole(out / "report.md") as partial:
+        with atomic_write(out / "report.md") as partial:
             partial.write_text(text, encoding="utf-8")
         if parquet:
             write_parquet(found.sailed, out)
@@ -79,5 +79,5 @@ def run(
 
             for path in draw_all(found, out / "figures"):
                 console.say(f"figure: {path}")
-    tell(text)
+    print_result(text)
     console.say(f"report: {out / 'report.md'}")

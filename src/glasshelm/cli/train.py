@@ -43,9 +43,9 @@ def run(
         snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
     """
-    from glasshelm.core.compile_cache import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
+    enable_compile_cache()
     import jax
 
     from glasshelm.core.errors import InputError

@@ -17,7 +17,7 @@ from glasshelm.bridge.server.protocol import Meeting
 from glasshelm.colregs.classification import STOPPED_M_S, Kind, Meetings
 from glasshelm.core.geometry import velocity, wrap_angle
 from glasshelm.encounters.types import Motion
-from glasshelm.env.padding import slots_for
+from glasshelm.env.padding import bucket_size
 from glasshelm.frames.schema import Frame, Target
 from glasshelm.ship.nomoto import ShipState
 
@@ -32,7 +32,7 @@ _TOLD = {
 }
 
 
-class Rules:
+class EncounterTracker:
     """Follows the meetings of a voyage."""
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Rules:
     def see(self, frame: Frame) -> dict[str, Meeting]:
         """What own ship is to each target that is shown, by the target's id."""
         targets = frame.targets
-        slots = slots_for(len(targets))
+        slots = bucket_size(len(targets))
         before = self._moved([t.id for t in targets], slots)
         last = frame.own.heading_rad if self._heading_rad is None else self._heading_rad
         after, told = _after(

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.output_dir import whole
+from glasshelm.core.output_dir import atomic_write
 
 #: Memory maps of a process at which its programs are let go: Linux ends it at 65,530.
 MOST_MAPS = 25_000
 _log = logging.getLogger("glasshelm")
 
 
-def keep_compiled() -> None:
+def enable_compile_cache() -> None:
     """Keep them in the user's cache folder, unless another one is set.
 
     The second start of a command is seconds faster. Where they cannot be kept, that is told
@@ -48,7 +48,7 @@ def _keep_whole() -> None:
             really(self, key, value)
             return
         try:
-            with whole(Path(str(self.path)) / f"{key}-cache") as partial:
+            with atomic_write(Path(str(self.path)) / f"{key}-cache") as partial:
                 partial.write_bytes(value)
         except InputError as error:
             why = str(error).rpartition(" (")[2].removesuffix(")")
@@ -61,7 +61,7 @@ def _keep_whole() -> None:
     warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache entry")
 
 
-def let_go_if_many(most: int = MOST_MAPS) -> bool:
+def clear_if_full(most: int = MOST_MAPS) -> bool:
     """Let this process's programs go if they take more memory maps than ``most``.
 
     For long work of many programs, between its parts: what is needed again is read from where it

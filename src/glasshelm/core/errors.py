@@ -15,7 +15,7 @@ class InputError(ValueError):
 
 
 @contextlib.contextmanager
-def told_as(name: str, *paths: str | Path) -> Iterator[None]:
+def hide_paths(name: str, *paths: str | Path) -> Iterator[None]:
     """What is wrong within is told of ``name``: who asked by that name is told no folder."""
     try:
         yield

@@ -14,7 +14,7 @@ except ImportError:  # Windows has no such locks
 from glasshelm.core.errors import InputError
 
 
-def writable(folder: Path) -> Path:
+def writable_folder(folder: Path) -> Path:
     """``folder``, which is there now and can be written in; InputError if that cannot be."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -28,7 +28,7 @@ def writable(folder: Path) -> Path:
 
 
 @contextlib.contextmanager
-def whole(path: str | Path) -> Iterator[Path]:
+def atomic_write(path: str | Path) -> Iterator[Path]:
     """Where to write a file that shall be at ``path`` whole or not at all.
 
     It takes the place of what was there when the block ends, once it is on the disk. Where that
@@ -52,13 +52,13 @@ def whole(path: str | Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def claimed(folder: Path) -> Iterator[Path]:
+def locked_folder(folder: Path) -> Iterator[Path]:
     """``folder``, :func:`writable` and written in by nobody else meanwhile.
 
     InputError if another process has it. The claim ends with the process,
     however that ends; the empty file ``.lock`` stays.
     """
-    with open(writable(folder) / ".lock", "ab") as lock:
+    with open(writable_folder(folder) / ".lock", "ab") as lock:
         if fcntl is not None:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

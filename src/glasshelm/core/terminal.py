@@ -49,12 +49,12 @@ def progress(console: Console) -> Progress:
     return Progress(*columns, console=console, transient=True)
 
 
-def tell(text: str) -> None:
+def print_result(text: str) -> None:
     """The result of a command, on standard output."""
     print(printable_lines(text))
 
 
-def complain(text: str) -> None:
+def print_error(text: str) -> None:
     """What is wrong, in one line on standard error."""
     print(f"glasshelm: {printable(text)}", file=sys.stderr)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
-from glasshelm.core.output_dir import whole
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.encounters.dnv_schema import (
     SCHEMA_VERSION,
     TRAFFICGEN_VERSION,
@@ -30,8 +30,8 @@ from glasshelm.encounters.dnv_schema import (
     voyage,
 )
 from glasshelm.encounters.imazu import PAPER_WAYPOINT_M
-from glasshelm.encounters.projection import Plane
-from glasshelm.encounters.tracks import Row, stack_rows
+from glasshelm.encounters.projection import LocalProjection
+from glasshelm.encounters.tracks import TrackColumns, stack_rows
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, motion_at
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams, ShipState
 
@@ -53,7 +53,7 @@ def read_situation(path: str | Path, ship: ShipParams) -> Scenario:
     own = voyage(situation.own_ship, f"{file}: ownShip")
     if own.speeds_kn[0] == 0:
         raise InputError(f"{file}: ownShip stands still (sog 0): it must be above 0")
-    plane = Plane(*own.points[0])
+    plane = LocalProjection(*own.points[0])
     ship = _fitted(ship, own, notes)
     vessels = situation.target_ships or situation.target_ship or []
     voyages = [voyage(v, f"{file}: targetShips[{i}]") for i, v in enumerate(vessels)]
@@ -111,7 +111,7 @@ def write_situation(
     lost: targets not there at the start are left out and named in the
     description; the others sail on to the end.
     """
-    plane = Plane(*(scenario.origin or origin))
+    plane = LocalProjection(*(scenario.origin or origin))
     encounter = scenario.encounter
     own = encounter.own
     own_points = [(float(own.east_m), float(own.north_m))] + [
@@ -148,7 +148,7 @@ def write_situation(
         schema_version=SCHEMA_VERSION,
         trafficgen_version=TRAFFICGEN_VERSION,
     )
-    with whole(path) as partial:
+    with atomic_write(path) as partial:
         partial.write_bytes(msgspec.json.format(msgspec.json.encode(document), indent=4) + b"\n")
 
 
@@ -164,7 +164,7 @@ def _fitted(ship: ShipParams, own: Voyage, notes: list[str]) -> ShipParams:
     return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
 
 
-def _row(vessel: Voyage, plane: Plane) -> Row:
+def _row(vessel: Voyage, plane: LocalProjection) -> TrackColumns:
     """The legs of a vessel: one from each point to the next, the last for ever."""
     points = np.array(vessel.points)
     east, north = plane.to_plane(points[:, 0], points[:, 1])
@@ -172,7 +172,7 @@ def _row(vessel: Voyage, plane: Plane) -> Row:
     if not np.any(steps > 1.0):  # she lies still, or sails straight on from one point
         course = math.radians(vessel.course_deg or 0.0)
         speed = vessel.speeds_kn[0] * KNOT_M_S if len(points) == 1 else 0.0
-        return Row.of([0.0], east[:1], north[:1], [course], [speed])
+        return TrackColumns.of([0.0], east[:1], north[:1], [course], [speed])
     starts, legs, time = [], [], 0.0
     for i in np.flatnonzero(steps > 1.0):
         starts.append(time)
@@ -184,7 +184,7 @@ def _row(vessel: Voyage, plane: Plane) -> Row:
     kept = np.array(legs)
     course = np.arctan2(np.diff(east)[kept], np.diff(north)[kept])
     speeds = np.array(vessel.speeds_kn)[kept] * KNOT_M_S
-    return Row.of(starts, east[kept], north[kept], course, speeds)
+    return TrackColumns.of(starts, east[kept], north[kept], course, speeds)
 
 
 def _duration_s(own: Voyage, east: np.ndarray, north: np.ndarray, speed: float) -> float:
@@ -234,7 +234,7 @@ def _points(scenario: Scenario, slot: int) -> tuple[list[tuple[float, float]], l
 
 
 def _vessel(
-    plane: Plane,
+    plane: LocalProjection,
     points: list[tuple[float, float]],
     speeds_m_s: list[float],
     course_deg: float,

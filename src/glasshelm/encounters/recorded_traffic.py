@@ -8,16 +8,16 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.ais.mmsi import called
+from glasshelm.ais.mmsi import station_label
 from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.globe import LOST_AFTER_S
 from glasshelm.encounters.own_ship_candidates import UNDER_WAY_KN
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import WIDE
 from glasshelm.encounters.recording_window import RECORDED, Part, near_her, read_part
-from glasshelm.encounters.tracks import Row, single_track, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
 from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState
 
@@ -134,24 +134,24 @@ def _by_ship(reports: Reports) -> list[Reports]:
     return [reports.take(rows) for rows in parts if len(rows)]
 
 
-def _plane_at(mine: Reports, t0: float, settings: RecordingSettings) -> tuple[Plane, int]:
+def _plane_at(mine: Reports, t0: float, settings: RecordingSettings) -> tuple[LocalProjection, int]:
     """The plane centred on own ship at t = 0, and the index of her latest report then."""
     now = int(np.searchsorted(mine.time_s, t0, side="right")) - 1
     age = min(t0 - mine.time_s[now], settings.lost_after_s)
     run = mine.sog_kn[now] * KNOT_M_S * age
     course = math.radians(mine.cog_deg[now])
-    there = Plane(mine.latitude_deg[now], mine.longitude_deg[now])
+    there = LocalProjection(mine.latitude_deg[now], mine.longitude_deg[now])
     latitude, longitude = there.to_globe(
         np.array([run * math.sin(course)]), np.array([run * math.cos(course)])
     )
-    return Plane(latitude[0], longitude[0]), now
+    return LocalProjection(latitude[0], longitude[0]), now
 
 
-def _row(r: Reports, plane: Plane, t0: float, lost_after_s: float) -> Row:
+def _row(r: Reports, plane: LocalProjection, t0: float, lost_after_s: float) -> TrackColumns:
     """One ship's reports as legs."""
     east, north = plane.to_plane(r.latitude_deg, r.longitude_deg)
     course = plane.course(r.latitude_deg, r.longitude_deg, np.radians(r.cog_deg))
-    return Row.of(r.time_s - t0, east, north, course, r.sog_kn * KNOT_M_S, lost_after_s)
+    return TrackColumns.of(r.time_s - t0, east, north, course, r.sog_kn * KNOT_M_S, lost_after_s)
 
 
 def _echo(reports: Reports) -> int | None:
@@ -160,7 +160,7 @@ def _echo(reports: Reports) -> int | None:
     if not own.any():
         return None
     mine, others = reports.take(own), reports.take(~own)
-    plane = Plane(mine.latitude_deg[0], mine.longitude_deg[0])
+    plane = LocalProjection(mine.latitude_deg[0], mine.longitude_deg[0])
     east, north = plane.to_plane(mine.latitude_deg, mine.longitude_deg)
     their_east, their_north = plane.to_plane(others.latitude_deg, others.longitude_deg)
     apart = np.hypot(
@@ -180,7 +180,7 @@ def _echo(reports: Reports) -> int | None:
 def _fitted(
     ship: ShipParams,
     known: Particulars,
-    own_row: Row,
+    own_row: TrackColumns,
     duration_s: float,
     settings: RecordingSettings,
     notes: list[str],
@@ -209,7 +209,11 @@ def _fitted(
 
 
 def _waypoint(
-    path: str | Path, number: int, own_row: Row, settings: RecordingSettings, notes: list[str]
+    path: str | Path,
+    number: int,
+    own_row: TrackColumns,
+    settings: RecordingSettings,
+    notes: list[str],
 ) -> tuple[float, float]:
     """Own ship's waypoint; InputError if she goes nowhere."""
     ahead = own_row.start_s >= 0
@@ -238,4 +242,4 @@ def _waypoint(
 def _info(number: int, known: Particulars) -> TargetInfo:
     if number == OWN_SENSORS:
         return TargetInfo(RECORDED, "recording ship", known.length_m, known.kind)
-    return TargetInfo(str(number), known.name or called(number), known.length_m, known.kind)
+    return TargetInfo(str(number), known.name or station_label(number), known.length_m, known.kind)

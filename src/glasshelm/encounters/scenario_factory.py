@@ -7,7 +7,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 from glasshelm.ais.reading import kind_of
-from glasshelm.core.errors import InputError, told_as
+from glasshelm.core.errors import InputError, hide_paths
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.imazu import imazu_scenario
 from glasshelm.encounters.random_encounters import FAMILIES, random_scenario
@@ -52,7 +52,7 @@ def scenario_from(
     kind = source.partition(":")[0]
     if source in BUNDLED:
         file, default_own = BUNDLED[source]
-        with as_file(files("glasshelm") / "data" / file) as path, told_as(source, path):
+        with as_file(files("glasshelm") / "data" / file) as path, hide_paths(source, path):
             chosen = default_own if own is None else own
             scenario = recorded_scenario(path, ship, chosen, at, settings)
         return dataclasses.replace(scenario, source=source)

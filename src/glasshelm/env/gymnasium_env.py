@@ -28,11 +28,11 @@ from glasshelm.env.observe import DISTANCE_M, FRAMES, LENGTH_M, SPEED_M_S, TIME_
 from glasshelm.env.rewards import SUB_TASKS
 from glasshelm.env.step import (
     FAR_M,
-    Outcome,
-    WorldSettings,
-    WorldState,
-    begin,
+    EnvSettings,
+    EnvState,
+    StepResult,
     margins,
+    reset,
     step,
     targets_at,
 )
@@ -73,13 +73,13 @@ class EncounterEnv(gymnasium.Env[Any, np.ndarray]):
         params = ship_named(ship) if isinstance(ship, str) else check_ship(ship)
         self.render_mode = None
         self._encounters = encounters
-        self._settings = WorldSettings(episode_steps=episode_steps)
+        self._settings = EnvSettings(episode_steps=episode_steps)
         self._flat = flat
         self._ship = jax.tree.map(jnp.float32, params)
         spaces = _spaces(params, encounters, self._settings)
         self.observation_space = _side_by_side(spaces) if flat else Dict(spaces)
         self.action_space = Box(-1.0, 1.0, (1,), np.float32)
-        self._world: tuple[Encounter, WorldState] | None = None
+        self._world: tuple[Encounter, EnvState] | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -128,9 +128,9 @@ class EncounterEnv(gymnasium.Env[Any, np.ndarray]):
 @functools.partial(jax.jit, static_argnames="settings")
 def _begin(
     key: PRNGKeyArray, ship: ShipParams, settings: RandomEncounters
-) -> tuple[Encounter, WorldState, Float[Array, " n"], Float[Array, " n"]]:
+) -> tuple[Encounter, EnvState, Float[Array, " n"], Float[Array, " n"]]:
     encounter = random_encounter(key, ship, settings)
-    state = begin(encounter, ship)
+    state = reset(encounter, ship)
     motion = targets_at(encounter, jnp.zeros(()))
     offset = Vector(motion.east_m - state.own.east_m, motion.north_m - state.own.north_m)
     range_m = jnp.where(motion.present, norm(offset), FAR_M)
@@ -140,11 +140,11 @@ def _begin(
 @functools.partial(jax.jit, static_argnames="settings")
 def _step(
     encounter: Encounter,
-    state: WorldState,
+    state: EnvState,
     action: Float[Array, ""],
     ship: ShipParams,
-    settings: WorldSettings,
-) -> tuple[Outcome, Float[Array, "2"], Float[Array, ""]]:
+    settings: EnvSettings,
+) -> tuple[StepResult, Float[Array, "2"], Float[Array, ""]]:
     out = step(encounter, state, action * ship.rudder_limit_rad, ship, settings)
     return out, out.reward.by_task, out.reward.total
 
@@ -165,7 +165,7 @@ def _rudder(action: Any) -> np.ndarray:
 
 
 def _spaces(
-    ship: ShipParams, encounters: RandomEncounters, settings: WorldSettings
+    ship: ShipParams, encounters: RandomEncounters, settings: EnvSettings
 ) -> dict[str, Space[Any]]:
     """What can be seen at most: how far apart own ship and the others can be, how fast.
 

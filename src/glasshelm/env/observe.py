@@ -36,7 +36,7 @@ TARGET_FEATURES = (
 )  # fmt: skip
 
 
-class Sight(eqx.Module):
+class ObservationFrame(eqx.Module):
     """One frame of the observation, normalised: s_wp (Eq. 10) and s_oth (Eq. 11)."""
 
     waypoint: Float[Array, "3"]
@@ -52,7 +52,9 @@ class Observation(eqx.Module):
     present: Bool[Array, "*batch n"]
 
 
-def see(own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, " n"]) -> Sight:
+def observe(
+    own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, " n"]
+) -> ObservationFrame:
     """The normalised frame that own ship sees now (Eq. 10-11); absent slots are zero."""
     to_waypoint = to_body(
         Vector(waypoint.x - own.east_m, waypoint.y - own.north_m), own.heading_rad
@@ -71,7 +73,7 @@ def see(own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, "
     target_v = velocity(motion.course_rad, motion.speed_m_s)
     relative_v = to_body(Vector(target_v.x - own_v.x, target_v.y - own_v.y), own.heading_rad)
     s_oth = target_row(offset, relative_v)
-    return Sight(s_wp, jnp.where(present[:, None], s_oth, 0.0), present)
+    return ObservationFrame(s_wp, jnp.where(present[:, None], s_oth, 0.0), present)
 
 
 def target_row(offset: Vector, relative_v: Vector) -> Float[Array, "*n 10"]:
@@ -94,14 +96,16 @@ def target_row(offset: Vector, relative_v: Vector) -> Float[Array, "*n 10"]:
     )
 
 
-def nothing_seen(slots: int) -> Observation:
+def empty_observation(slots: int) -> Observation:
     """The history before the first frame."""
     return Observation(
         jnp.zeros((FRAMES, 3)), jnp.zeros((slots, FRAMES, 10)), jnp.zeros(slots, bool)
     )
 
 
-def remember(history: Observation, sight: Sight, first: Bool[Array, ""] | bool) -> Observation:
+def push_frame(
+    history: Observation, sight: ObservationFrame, first: Bool[Array, ""] | bool
+) -> Observation:
     """The history with a new frame in front.
 
     On the first frame of an episode, and for a target that was not there a

@@ -11,22 +11,22 @@ import numpy as np
 from glasshelm.env.observe import Observation
 
 
-def slots_for(ships: int) -> int:
+def bucket_size(ships: int) -> int:
     """The smallest of 0, 1, 2, 4, 8, … that holds so many ships."""
     return 0 if ships == 0 else 1 << (ships - 1).bit_length()
 
 
-def padded(seen: Observation, slots: int) -> Observation:
+def pad_observation(observation: Observation, slots: int) -> Observation:
     """The same observation with empty slots added at the end, on the host."""
-    extra = slots - seen.present.shape[-1]
+    extra = slots - observation.present.shape[-1]
     if extra < 0:
-        raise ValueError(f"{seen.present.shape[-1]} slots do not fit into {slots}")
+        raise ValueError(f"{observation.present.shape[-1]} slots do not fit into {slots}")
     return eqx.tree_at(
         lambda o: (o.waypoint, o.targets, o.present),
-        seen,
+        observation,
         (
-            np.asarray(seen.waypoint, np.float32),
-            np.pad(np.asarray(seen.targets, np.float32), ((0, extra), (0, 0), (0, 0))),
-            np.pad(np.asarray(seen.present), (0, extra)),
+            np.asarray(observation.waypoint, np.float32),
+            np.pad(np.asarray(observation.targets, np.float32), ((0, extra), (0, 0), (0, 0))),
+            np.pad(np.asarray(observation.present), (0, extra)),
         ),
     )

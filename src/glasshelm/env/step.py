@@ -10,9 +10,9 @@ from glasshelm.core.geometry import Vector, norm, to_body
 from glasshelm.encounters.types import Encounter, Motion, motion_at
 from glasshelm.env.observe import (
     Observation,
-    nothing_seen,
-    remember,
-    see,
+    empty_observation,
+    observe,
+    push_frame,
     waypoint_bearing_rad,
 )
 from glasshelm.env.rewards import Reward, step_reward
@@ -21,7 +21,7 @@ from glasshelm.ship.nomoto import ShipParams, ShipState, advance
 
 
 @dataclasses.dataclass(frozen=True)
-class WorldSettings:
+class EnvSettings:
     """What shapes the decision process and never changes within it (section 3.2)."""
 
     step_s: float = 5.0
@@ -30,7 +30,7 @@ class WorldSettings:
     arrival_m: float = 500.0
 
 
-class WorldState(eqx.Module):
+class EnvState(eqx.Module):
     """One world at one instant. ``leg`` is the waypoint of the route steered for."""
 
     own: ShipState
@@ -40,7 +40,7 @@ class WorldState(eqx.Module):
     danger: Float[Array, " n"]
 
 
-class Outcome(eqx.Module):
+class StepResult(eqx.Module):
     """What a step brought.
 
     ``terminated``: the last waypoint is reached. ``truncated``: the clock ended
@@ -49,7 +49,7 @@ class Outcome(eqx.Module):
     the distance of each target; both +/-inf-free, absent slots far off.
     """
 
-    state: WorldState
+    state: EnvState
     reward: Reward
     terminated: Bool[Array, ""]
     truncated: Bool[Array, ""]
@@ -60,15 +60,15 @@ class Outcome(eqx.Module):
 FAR_M = 1e6  # where an absent target counts as being
 
 
-def begin(
-    encounter: Encounter, ship: ShipParams, settings: WorldSettings = WorldSettings()
-) -> WorldState:
+def reset(
+    encounter: Encounter, ship: ShipParams, settings: EnvSettings = EnvSettings()
+) -> EnvState:
     """The first state of an encounter: all five frames show it as it is (section 3.3)."""
-    start = WorldState(
+    start = EnvState(
         encounter.own,
         jnp.zeros((), jnp.int32),
         jnp.zeros((), jnp.int32),
-        nothing_seen(encounter.present.shape[-1]),
+        empty_observation(encounter.present.shape[-1]),
         jnp.zeros(encounter.present.shape[-1]),
     )
     return _look(encounter, ship, start, targets_at(encounter, jnp.zeros(())), first=True)
@@ -86,7 +86,7 @@ def waypoint_of(encounter: Encounter, leg: Int[Array, ""]) -> Vector:
 
 
 def next_leg(
-    encounter: Encounter, leg: Int[Array, ""], own: ShipState, settings: WorldSettings
+    encounter: Encounter, leg: Int[Array, ""], own: ShipState, settings: EnvSettings
 ) -> tuple[Int[Array, ""], Bool[Array, ""]]:
     """The waypoint to steer for from now on, and whether the last one is reached."""
     waypoint = waypoint_of(encounter, leg)
@@ -97,11 +97,11 @@ def next_leg(
 
 def step(
     encounter: Encounter,
-    state: WorldState,
+    state: EnvState,
     rudder_command_rad: Float[Array, ""],
     ship: ShipParams,
-    settings: WorldSettings = WorldSettings(),
-) -> Outcome:
+    settings: EnvSettings = EnvSettings(),
+) -> StepResult:
     """Hold a rudder command for one step: the next state, its rewards and endings."""
     own = advance(state.own, rudder_command_rad, ship, settings.step_s)
     return observe_step(encounter, state, own, ship, settings)
@@ -109,11 +109,11 @@ def step(
 
 def observe_step(
     encounter: Encounter,
-    state: WorldState,
+    state: EnvState,
     own: ShipState,
     ship: ShipParams,
-    settings: WorldSettings = WorldSettings(),
-) -> Outcome:
+    settings: EnvSettings = EnvSettings(),
+) -> StepResult:
     """The outcome of a step after which own ship is found in state ``own``.
 
     :func:`step` with the ship's motion left to the caller: a recorded own ship
@@ -122,7 +122,7 @@ def observe_step(
     count = state.step + 1
     motion = targets_at(encounter, count * settings.step_s)
     leg, arrived = next_leg(encounter, state.leg, own, settings)
-    moved = WorldState(own, count, leg, state.observation, state.danger)
+    moved = EnvState(own, count, leg, state.observation, state.danger)
     after = _look(encounter, ship, moved, motion, first=False)
     changed_leg = after.leg != state.leg
     bearing = waypoint_bearing_rad(after.observation.waypoint[0])
@@ -130,7 +130,7 @@ def observe_step(
     reward = step_reward(
         bearing, jnp.where(changed_leg, bearing, before), after.danger, state.danger
     )
-    return Outcome(
+    return StepResult(
         after,
         reward,
         terminated=arrived,
@@ -154,14 +154,14 @@ def _body(own: ShipState, motion: Motion) -> Vector:
 
 
 def _look(
-    encounter: Encounter, ship: ShipParams, state: WorldState, motion: Motion, first: bool
-) -> WorldState:
+    encounter: Encounter, ship: ShipParams, state: EnvState, motion: Motion, first: bool
+) -> EnvState:
     """The state with what own ship now sees, and the danger that she is in."""
-    sight = see(state.own, waypoint_of(encounter, state.leg), motion, motion.present)
-    return WorldState(
+    sight = observe(state.own, waypoint_of(encounter, state.leg), motion, motion.present)
+    return EnvState(
         state.own,
         state.step,
         state.leg,
-        remember(state.observation, sight, first),
+        push_frame(state.observation, sight, first),
         danger(_body(state.own, motion), ship.loa_m),
     )

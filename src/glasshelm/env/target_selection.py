@@ -23,33 +23,33 @@ AHEAD_S = 1800.0
 _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx", "vy"))
 
 
-def feed(
-    seen: Observation,
+def select_targets(
+    observation: Observation,
     capacity: int = CAPACITY,
     loa_m: float | Float[Array, ""] = float(SHIPS["paper"].loa_m),
 ) -> tuple[Observation, Int[Array, " k"]]:
     """The observation of the most urgent ships in at most ``capacity`` slots, and their slots.
 
-    ``indices[k]`` is the slot of ``seen`` that fed slot ``k`` shows, in rising
+    ``indices[k]`` is the slot of ``observation`` that fed slot ``k`` shows, in rising
     order; it means nothing where the fed observation has nobody present. With
     no more slots than ``capacity`` everything is shown as it is, whatever its
     range. ``loa_m`` is own ship's length: it decides who is inside the domain
     now; the order of the others does not depend on it.
     """
-    slots = seen.present.shape[-1]
+    slots = observation.present.shape[-1]
     if slots <= capacity:
-        return seen, jnp.arange(slots)
-    position, motion = _relative(seen.targets[:, 0])
+        return observation, jnp.arange(slots)
+    position, motion = _relative(observation.targets[:, 0])
     depth = smallest_distance(position, motion)
     danger = danger_unclipped(position, loa_m)
-    near = seen.present & (jnp.hypot(*position) <= RANGE_M)
+    near = observation.present & (jnp.hypot(*position) <= RANGE_M)
     # Ships inside count from −1 (own ship's place) to 0, all others from 0 up.
     urgency = jnp.where(danger > 0, -danger, depth)
     order = jnp.argsort(jnp.where(near, urgency, jnp.inf))
     indices = jnp.sort(order[:capacity])
     present = near[indices]
-    targets = jnp.where(present[:, None, None], seen.targets[indices], 0.0)
-    return Observation(seen.waypoint, targets, present), indices
+    targets = jnp.where(present[:, None, None], observation.targets[indices], 0.0)
+    return Observation(observation.waypoint, targets, present), indices
 
 
 def to_slots(

@@ -17,7 +17,7 @@ from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import WIDE, RandomEncounters
 from glasshelm.encounters.types import Motion
 from glasshelm.env.observe import TARGET_FEATURES, WAYPOINT_FEATURES, Observation
-from glasshelm.env.step import WorldSettings
+from glasshelm.env.step import EnvSettings
 from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, SHIPS, ShipParams, ShipState
 
 #: Within this share of a trained value or range, nothing is said.
@@ -28,12 +28,12 @@ LARGEST = 1e6
 
 
 @dataclasses.dataclass(frozen=True)
-class Trained:
+class TrainingEnvelope:
     """What a pilot was trained on: her ship, the encounters, how long they lasted."""
 
     ship: ShipParams = SHIPS["paper"]
     encounters: RandomEncounters = WIDE
-    world: WorldSettings = dataclasses.field(default_factory=WorldSettings)
+    world: EnvSettings = dataclasses.field(default_factory=EnvSettings)
 
     @property
     def farthest_target_m(self) -> float:
@@ -50,13 +50,13 @@ class Trained:
         return max(near - run, self.world.arrival_m), far
 
 
-def outside(
+def outside_training(
     own: ShipState,
     ship: ShipParams,
     waypoint: Vector,
     targets: Motion,
     fed: Bool[np.ndarray, " n"] | None = None,
-    trained: Trained = Trained(),
+    trained: TrainingEnvelope = TrainingEnvelope(),
 ) -> list[str]:
     """Short phrases, one for each thing outside the training distribution; empty if none.
 
@@ -76,7 +76,7 @@ def outside(
     return said + _of_targets(own, targets, shown, trained)
 
 
-def _of_own_ship(own: ShipState, ship: ShipParams, trained: Trained) -> list[str]:
+def _of_own_ship(own: ShipState, ship: ShipParams, trained: TrainingEnvelope) -> list[str]:
     said = []
     known = trained.ship
     if _differs(float(ship.loa_m), float(known.loa_m)):
@@ -90,7 +90,7 @@ def _of_own_ship(own: ShipState, ship: ShipParams, trained: Trained) -> list[str
 
 
 def _of_targets(
-    own: ShipState, targets: Motion, shown: Bool[np.ndarray, " n"], trained: Trained
+    own: ShipState, targets: Motion, shown: Bool[np.ndarray, " n"], trained: TrainingEnvelope
 ) -> list[str]:
     said = []
     count = int(shown.sum())
@@ -111,24 +111,24 @@ def _of_targets(
     return said
 
 
-def not_numbers(seen: Observation, names: Sequence[str] = ()) -> list[str]:
+def not_numbers(observation: Observation, names: Sequence[str] = ()) -> list[str]:
     """What in an observation is no possible number: the waypoint or ship, and which features.
 
     Not finite, or larger than :data:`LARGEST`.
 
     ``names`` are the ships' names by slot. Empty slots are not looked at.
     """
-    said = _bad("the waypoint", np.asarray(seen.waypoint), WAYPOINT_FEATURES)
-    rows = np.asarray(seen.targets)
-    for slot in np.flatnonzero(np.asarray(seen.present)).tolist():
+    said = _bad("the waypoint", np.asarray(observation.waypoint), WAYPOINT_FEATURES)
+    rows = np.asarray(observation.targets)
+    for slot in np.flatnonzero(np.asarray(observation.present)).tolist():
         name = names[slot] if slot < len(names) else f"ship {slot + 1}"
         said += _bad(name, rows[slot], TARGET_FEATURES)
     return said
 
 
-def check_numbers(seen: Observation, names: Sequence[str] = ()) -> None:
+def check_numbers(observation: Observation, names: Sequence[str] = ()) -> None:
     """InputError naming the first thing in an observation that is no possible number."""
-    said = not_numbers(seen, names)
+    said = not_numbers(observation, names)
     if said:
         raise InputError(f"cannot decide: {said[0]}; check the positions, courses and speeds given")
 

@@ -13,9 +13,9 @@ import numpy as np
 
 import glasshelm
 from glasshelm.core.errors import InputError
-from glasshelm.pilots.clairvoyant import SEERS
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.protocols import Pilot, Seer
+from glasshelm.pilots.protocols import OraclePilot, Pilot
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 
@@ -27,13 +27,13 @@ VOYAGE = (
 
 
 @dataclasses.dataclass(frozen=True)
-class Entrant:
+class Contender:
     """A pilot, or a seer, on a ship. ``pilots`` holds one a training seed, in the order given."""
 
     name: str
     ship_name: str
     ship: ShipParams
-    pilots: tuple[Pilot | Seer, ...]
+    pilots: tuple[Pilot | OraclePilot, ...]
 
     @property
     def weights(self) -> tuple[str, ...]:
@@ -41,7 +41,7 @@ class Entrant:
         return tuple((getattr(p, "weights_sha256", None) or "")[:8] for p in self.pilots)
 
 
-def entrants(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Entrant]:
+def contenders_named(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
     """The entrants of a command line.
 
     Each is a pilot's name or file, or ``NAME=FILE,FILE,...`` for the training
@@ -49,41 +49,43 @@ def entrants(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[
     other on each of ``ships``. InputError if a name is there twice, or the
     seeds of a pilot are on different ships.
     """
-    found: list[Entrant] = []
+    found: list[Contender] = []
     for text in given:
         label, equals, files = text.partition("=")
         names = files.split(",") if equals else [text]
         if not label or not all(names):
             raise InputError(f"pilot {text!r}: write NAME=FILE,FILE,... or one name")
-        pilots = tuple(SEERS.get(name) or pilot_named(name) for name in names)
+        pilots = tuple(ORACLE_PILOTS.get(name) or pilot_named(name) for name in names)
         name = label if equals else pilots[0].name
         for ship_name in _ships(name, pilots, ships):
             if any(e.name == name and e.ship_name == ship_name for e in found):
                 raise InputError(f"pilot {name!r} is named twice: give one a name with NAME=FILE")
-            found.append(Entrant(name, ship_name, ship_named(ship_name), pilots))
+            found.append(Contender(name, ship_name, ship_named(ship_name), pilots))
     if not found:
         raise InputError("no pilot to examine: name one or more with --pilots")
     return found
 
 
-def check_references(against: Sequence[str], among: Sequence[Entrant]) -> None:
+def check_references(against: Sequence[str], among: Sequence[Contender]) -> None:
     """InputError if a name of ``against`` is neither of these entrants' nor of any pilot."""
     for name in against:
         if not any(e.name == name for e in among):
             try:
-                entrants([name])
+                contenders_named([name])
             except InputError as error:
                 raise InputError(f"--against: {error}") from None
 
 
-def _ships(name: str, pilots: tuple[Pilot | Seer, ...], ships: Sequence[str]) -> Sequence[str]:
+def _ships(
+    name: str, pilots: tuple[Pilot | OraclePilot, ...], ships: Sequence[str]
+) -> Sequence[str]:
     own = {ship for pilot in pilots if (ship := ship_of(pilot)) is not None}
     if len(own) > 1:
         raise InputError(f"pilot {name!r}: its seeds were trained on {' and '.join(sorted(own))}")
     return sorted(own) or ships
 
 
-def ship_of(pilot: Pilot | Seer) -> str | None:
+def ship_of(pilot: Pilot | OraclePilot) -> str | None:
     """The name of the preset ship that a pilot was made for; None if for any."""
     ship = pilot.trained.ship if isinstance(pilot, LearnedPilot) else getattr(pilot, "ship", None)
     if not isinstance(ship, ShipParams):
@@ -95,7 +97,7 @@ def ship_of(pilot: Pilot | Seer) -> str | None:
     raise InputError(f"pilot {pilot.name!r} is for a ship that is none of {', '.join(SHIPS)}")
 
 
-def digest_of(pilot: Pilot | Seer) -> str:
+def digest_of(pilot: Pilot | OraclePilot) -> str:
     """What tells one pilot from another, whatever they are called: SHA-256 in hexadecimal."""
     if isinstance(pilot, LearnedPilot) and pilot.weights_sha256 is not None:
         return pilot.weights_sha256

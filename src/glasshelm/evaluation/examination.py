@@ -10,13 +10,21 @@ import jax
 import numpy as np
 
 from glasshelm import __version__
-from glasshelm.evaluation.contenders import Entrant
+from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.measure_columns import Sailed, gather
-from glasshelm.evaluation.result_cache import Found, Job, Kept, Workers, all_done, here, jobs_of
+from glasshelm.evaluation.result_cache import (
+    Found,
+    Job,
+    ResultCache,
+    Workers,
+    all_done,
+    here,
+    jobs_of,
+)
 from glasshelm.evaluation.suites.suite_registry import suites_named
 from glasshelm.evaluation.timing import Timing, decision_time
 from glasshelm.evaluation.types import Suite
-from glasshelm.pilots.protocols import Seer
+from glasshelm.pilots.protocols import OraclePilot
 
 #: Told of progress: what is being sailed, voyages done, voyages of all.
 Progress = Callable[[str, int, int], None]
@@ -41,7 +49,7 @@ class Examined:
 
 
 def examine(
-    entrants: Sequence[Entrant],
+    entrants: Sequence[Contender],
     suites: Sequence[str],
     out: Path,
     command: str,
@@ -67,7 +75,7 @@ def examine(
     total, so_far = sum(len(job.which) for _, job in jobs), 0
     parts: dict[tuple[str, int, int], list[tuple[Job, Found]]] = {}
     progress("", 0, total)
-    for job, found in all_done([job for _, job in jobs], Kept(out / "chunks"), workers):
+    for job, found in all_done([job for _, job in jobs], ResultCache(out / "chunks"), workers):
         so_far += len(job.which)
         progress(f"{entrants[job.entrant].name}, {job.suite}", so_far, total)
         parts.setdefault((job.suite, job.entrant, job.seed), []).append((job, found))
@@ -80,7 +88,7 @@ def examine(
     timings = [
         decision_time(e.name, e.ship_name, e.pilots[0], e.ship)
         for e in entrants
-        if not isinstance(e.pilots[0], Seer)
+        if not isinstance(e.pilots[0], OraclePilot)
     ]
     return Examined(tuple(sailed), tuple(timings), Provenance(command, machine()))
 

@@ -21,8 +21,8 @@ from glasshelm.core.geometry import Vector, to_body
 from glasshelm.env.observe import Observation
 from glasshelm.evaluation.rollout import SETTINGS, Live, Measures, helm_for, place_of, sail, watched
 from glasshelm.evaluation.types import Case
-from glasshelm.pilots.batched import Together
-from glasshelm.pilots.protocols import Memory, Pilot, Seer, Steersman
+from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.protocols import BatchPolicy, Memory, OraclePilot, Pilot
 from glasshelm.ship.domain import danger_unclipped
 
 #: Voyages sailed at once.
@@ -86,24 +86,26 @@ class Failure:
 class TakeOver(eqx.Module):
     """One pilot until a step of each world, from then on another, who was watching all the time."""
 
-    first: Together
-    second: Together
+    first: BatchedPilot
+    second: BatchedPilot
     step: Int[Array, " w"]
 
     def start(self, worlds: int) -> Memory:
         return self.first.start(worlds), self.second.start(worlds), jnp.zeros((), jnp.int32)
 
-    def __call__(self, seen: Observation, memory: Memory) -> tuple[Float[Array, " w"], Memory]:
+    def __call__(
+        self, observation: Observation, memory: Memory
+    ) -> tuple[Float[Array, " w"], Memory]:
         one, two, number = memory
-        before, one = self.first(seen, one)
-        after, two = self.second(seen, two)
+        before, one = self.first(observation, one)
+        after, two = self.second(observation, two)
         return jnp.where(number < self.step, before, after), (one, two, number + 1)
 
 
 def explain_failures(
     pilot: Pilot,
     rescuer: Pilot,
-    seer: Seer | None,
+    seer: OraclePilot | None,
     cases: Case,
     event: Event,
     searches: int | None = None,
@@ -115,11 +117,11 @@ def explain_failures(
     ``searches`` times (the first such cases; None: always). ``progress`` is told of voyages.
     """
 
-    def fails(name: str, part: Case, steersman: Callable[[Case, slice], Steersman]) -> np.ndarray:
+    def fails(name: str, part: Case, steersman: Callable[[Case, slice], BatchPolicy]) -> np.ndarray:
         return _fails(name, part, steersman, event, progress)
 
-    def helm(part: Case, where: slice) -> Steersman:
-        return Together(pilot)
+    def helm(part: Case, where: slice) -> BatchPolicy:
+        return BatchedPilot(pilot)
 
     met = _met(pilot, cases, event, progress)
     failed = met.case
@@ -138,9 +140,9 @@ def explain_failures(
     steps = np.repeat(np.round(np.array(TAKE_OVER_S) / SETTINGS.step_s).astype(int), len(failed))
     begun = np.tile(met.time_s, count) <= steps * SETTINGS.step_s
 
-    def rescued(part: Case, where: slice) -> Steersman:
+    def rescued(part: Case, where: slice) -> BatchPolicy:
         at = np.resize(steps[where], CHUNK)
-        return TakeOver(Together(pilot), Together(rescuer), jnp.asarray(at))
+        return TakeOver(BatchedPilot(pilot), BatchedPilot(rescuer), jnp.asarray(at))
 
     again = _take(cases, np.tile(np.arange(len(failed)), count))
     saved = ~fails("with another taking over", again, rescued) & ~begun
@@ -148,13 +150,13 @@ def explain_failures(
     last = np.where(saved.any(0), np.max(np.where(saved, np.arange(count)[:, None], -1), 0), -1)
 
     hopeless = np.flatnonzero(last < 0)[:searches]
-    seen = np.zeros(len(failed), bool)
+    observation = np.zeros(len(failed), bool)
     if seer is not None and len(hopeless):
 
-        def told(part: Case, where: slice) -> Steersman:
+        def told(part: Case, where: slice) -> BatchPolicy:
             return helm_for(seer, jax.tree.map(jnp.asarray, part))
 
-        seen[hopeless] = ~fails("known beforehand", _take(cases, hopeless), told)
+        observation[hopeless] = ~fails("known beforehand", _take(cases, hopeless), told)
     asked = np.isin(np.arange(len(failed)), hopeless) & (seer is not None)
     return [
         Failure(
@@ -168,7 +170,7 @@ def explain_failures(
             company=int(company[k]),
             way_out_until_s=TAKE_OVER_S[last[k]] if last[k] >= 0 else None,
             searched=bool(asked[k]),
-            seer_clear=bool(seen[k]),
+            seer_clear=bool(observation[k]),
         )
         for k in range(len(failed))
     ]
@@ -177,7 +179,7 @@ def explain_failures(
 def _fails(
     name: str,
     cases: Case,
-    steersman: Callable[[Case, slice], Steersman],
+    steersman: Callable[[Case, slice], BatchPolicy],
     event: Event,
     progress: Callable[[str, int, int], None],
 ) -> Bool[np.ndarray, " n"]:
@@ -243,8 +245,10 @@ def _met(
     for where, batch in _batches("the voyages", cases, progress):
         part = jax.tree.map(jnp.asarray, batch)
         steps = jnp.asarray(part.steps).max()
-        _, seen = watched(Together(pilot), part, steps, _LOOKS[event], start)
-        since, worst, nearest_m = map(np.asarray, (seen.since, seen.worst, seen.nearest_m))
+        _, observation = watched(BatchedPilot(pilot), part, steps, _LOOKS[event], start)
+        since, worst, nearest_m = map(
+            np.asarray, (observation.since, observation.worst, observation.nearest_m)
+        )
         worth = worst if event is Event.INTRUSION else -nearest_m
         slot = np.where(since >= 0, worth, -np.inf).argmax(-1)
         began = np.take_along_axis(since, slot[:, None], -1)[:, 0]

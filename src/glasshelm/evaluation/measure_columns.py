@@ -7,7 +7,7 @@ import numpy as np
 
 from glasshelm.colregs.classification import Kind
 from glasshelm.core.errors import InputError
-from glasshelm.evaluation.contenders import Entrant
+from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.result_cache import Found, Job
 from glasshelm.evaluation.rollout import SETTINGS
 from glasshelm.evaluation.types import Suite
@@ -26,7 +26,7 @@ class Sailed:
     """
 
     suite: Suite
-    entrant: Entrant
+    entrant: Contender
     seed: int
     columns: Columns
     meetings: Columns
@@ -36,7 +36,7 @@ class Sailed:
         return self.entrant.weights[self.seed]
 
 
-def gather(suite: Suite, entrant: Entrant, seed: int, parts: list[tuple[Job, Found]]) -> Sailed:
+def gather(suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, Found]]) -> Sailed:
     """The parts of one seed put together. InputError if the pilot gave no number somewhere."""
     order = np.concatenate([job.which for job, _ in parts])
     back = np.argsort(order)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from glasshelm.colregs.classification import Kind
-from glasshelm.core.output_dir import whole
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.evaluation.measure_columns import Columns, Sailed
 
 ENCOUNTERS, MEETINGS = "encounters.parquet", "meetings.parquet"
@@ -29,7 +29,7 @@ def _write(path: Path, tables: Iterator) -> None:
     if first is None:
         return
     with (
-        whole(path) as partial,
+        atomic_write(path) as partial,
         pq.ParquetWriter(str(partial), first.schema, compression="zstd") as writer,
     ):
         for table in itertools.chain((first,), tables):

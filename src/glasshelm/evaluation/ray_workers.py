@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from glasshelm.core.errors import InputError
-from glasshelm.evaluation.result_cache import Found, Job, Workers, done, here
+from glasshelm.evaluation.result_cache import Found, Job, Workers, here, run_job
 
 WorkersName = Literal["here", "ray"]
 #: Jobs handed out for each processor: enough that none waits, few enough to stop soon.
@@ -38,7 +38,7 @@ def _over_ray(jobs: Sequence[Job], address: str | None) -> Iterator[tuple[int, F
         except (ConnectionError, ValueError, OSError) as error:
             raise InputError(f"no Ray cluster at {address} ({error})") from None
     try:
-        remote = ray.remote(num_cpus=1)(done)
+        remote = ray.remote(num_cpus=1)(run_job)
         ahead = max(_AHEAD * int(ray.cluster_resources().get("CPU", 1)), 1)
         waiting: dict[object, int] = {}
         places = iter(range(len(jobs)))

@@ -12,11 +12,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.core.output_dir import whole
-from glasshelm.evaluation.contenders import Entrant, code_digest, digest_of
+from glasshelm.core.output_dir import atomic_write
+from glasshelm.evaluation.contenders import Contender, code_digest, digest_of
 from glasshelm.evaluation.rollout import helm_for, sail
 from glasshelm.evaluation.types import Case, Suite
-from glasshelm.pilots.protocols import Pilot, Seer
+from glasshelm.pilots.protocols import OraclePilot, Pilot
 
 #: Worlds sailed at once.
 CHUNK = 500
@@ -36,7 +36,7 @@ class Job:
     entrant: int
     seed: int
     which: np.ndarray
-    pilot: Pilot | Seer
+    pilot: Pilot | OraclePilot
     cases: Case
     steps: int
     key: str
@@ -46,7 +46,7 @@ class Job:
 Workers = Callable[[Sequence[Job]], Iterator[tuple[int, Found]]]
 
 
-def jobs_of(suite: Suite, number: int, entrant: Entrant, chunk: int = CHUNK) -> Iterator[Job]:
+def jobs_of(suite: Suite, number: int, entrant: Contender, chunk: int = CHUNK) -> Iterator[Job]:
     """The jobs of one entrant (the ``number``-th) in one suite, the longest voyages together.
 
     Every chunk has the same number of worlds, the last is filled up with its
@@ -75,7 +75,7 @@ def _key(told: str, cases: Case, steps: int) -> str:
     return digest.hexdigest()[:32]
 
 
-def done(job: Job) -> Found:
+def run_job(job: Job) -> Found:
     """Sail a job's cases: its measures, without the cases that filled it up."""
     cases = jax.tree.map(jnp.asarray, job.cases)
     measures = sail(helm_for(job.pilot, cases), cases, job.steps)
@@ -95,10 +95,10 @@ def _named(part: Any, prefix: str) -> Iterator[tuple[str, np.ndarray]]:
 def here(jobs: Sequence[Job]) -> Iterator[tuple[int, Found]]:
     """The workers that are this process: one job after the other."""
     for place, job in enumerate(jobs):
-        yield place, done(job)
+        yield place, run_job(job)
 
 
-class Kept:
+class ResultCache:
     """Finished jobs in a folder, by their keys: one file each, whole or not there."""
 
     def __init__(self, folder: Path):
@@ -117,12 +117,12 @@ class Kept:
 
     def write(self, key: str, found: Found) -> None:
         """Keep it. InputError if it cannot be written."""
-        with whole(self.path(key)) as partial, open(partial, "wb") as file:
+        with atomic_write(self.path(key)) as partial, open(partial, "wb") as file:
             np.savez(file, **found)  # type: ignore[arg-type]
 
 
 def all_done(
-    jobs: Sequence[Job], kept: Kept, workers: Workers = here
+    jobs: Sequence[Job], kept: ResultCache, workers: Workers = here
 ) -> Iterable[tuple[Job, Found]]:
     """Every job with what it left: those kept at once, the others as they are done."""
     left: list[Job] = []

@@ -14,24 +14,24 @@ from glasshelm.encounters.types import Motion
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import (
     FAR_M,
-    Outcome,
-    WorldSettings,
-    WorldState,
-    begin,
+    EnvSettings,
+    EnvState,
+    StepResult,
     observe_step,
+    reset,
     targets_at,
 )
-from glasshelm.env.target_selection import feed
+from glasshelm.env.target_selection import select_targets
 from glasshelm.evaluation.sensor_model import Picture, first_picture, next_picture
 from glasshelm.evaluation.types import Case
-from glasshelm.pilots.batched import Together
-from glasshelm.pilots.protocols import Pilot, Seer, Steersman
+from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
 from glasshelm.planning.cross_entropy_search import Known
 from glasshelm.ship.hull_overlap import hull, hull_gap_m
 from glasshelm.ship.nomoto import ShipState, advance, drifted
 from glasshelm.training.course_reversals import Reversals
 
-SETTINGS = WorldSettings()
+SETTINGS = EnvSettings()
 #: The first 1200 s, an episode of the paper's training (section 3.2), are measured apart.
 SHORT_STEPS = SETTINGS.episode_steps
 #: A predicted CPA counts as shown to the navigator when it is this near in time.
@@ -70,7 +70,7 @@ class Measures(eqx.Module):
 class Live(eqx.Module):
     """One case under way: the true world, the picture of it, the measures so far."""
 
-    state: WorldState
+    state: EnvState
     picture: Picture | None
     measures: Measures
 
@@ -92,16 +92,16 @@ _Carry = tuple[Live, Any]
 Total = TypeVar("Total")
 
 
-def helm_for(pilot: Pilot | Seer, cases: Case) -> Steersman:
+def helm_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
     """Who steers a batch of cases: a pilot by what he sees, a seer by all there is to know."""
-    if not isinstance(pilot, Seer):
-        return Together(pilot)
+    if not isinstance(pilot, OraclePilot):
+        return BatchedPilot(pilot)
     still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))
     current = still if cases.disturbance is None else cases.disturbance.current_m_s
     return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
 
 
-def sail(helm: Steersman, cases: Case, steps: int) -> Measures:
+def sail(helm: BatchPolicy, cases: Case, steps: int) -> Measures:
     """The measures of every case of a batch after its own number of steps, at most ``steps``.
 
     One program whatever the number of steps.
@@ -110,7 +110,7 @@ def sail(helm: Steersman, cases: Case, steps: int) -> Measures:
 
 
 @eqx.filter_jit
-def _sail(helm: Steersman, cases: Case, steps: Int[Array, ""]) -> Measures:
+def _sail(helm: BatchPolicy, cases: Case, steps: Int[Array, ""]) -> Measures:
     start = _embark(helm, cases)
     live, _ = jax.lax.fori_loop(0, steps, lambda _, carry: _tick(helm, cases, carry)[0], start)
     return live.measures
@@ -118,7 +118,7 @@ def _sail(helm: Steersman, cases: Case, steps: Int[Array, ""]) -> Measures:
 
 @eqx.filter_jit
 def watched(
-    helm: Steersman,
+    helm: BatchPolicy,
     cases: Case,
     steps: Int[Array, ""],
     look: Callable[[Total, Case, Live], Total],
@@ -136,7 +136,7 @@ def watched(
 
 
 @eqx.filter_jit
-def retrace(helm: Steersman, cases: Case, steps: int) -> Place:
+def retrace(helm: BatchPolicy, cases: Case, steps: int) -> Place:
     """The same voyages as places [steps + 1, cases], for drawing."""
 
     def go(carry: _Carry, _: None) -> tuple[_Carry, Place]:
@@ -148,31 +148,31 @@ def retrace(helm: Steersman, cases: Case, steps: int) -> Place:
     return jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), places, end)
 
 
-def _embark(helm: Steersman, cases: Case) -> _Carry:
+def _embark(helm: BatchPolicy, cases: Case) -> _Carry:
     live = jax.vmap(embark)(cases)
     return live, helm.start(live.state.step.shape[0])
 
 
-def _tick(helm: Steersman, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
+def _tick(helm: BatchPolicy, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
     """One step of all cases, and the rudders that were given."""
     live, memory = carry
-    action, memory = helm(jax.vmap(seen)(cases, live), memory)
+    action, memory = helm(jax.vmap(observation)(cases, live), memory)
     return (jax.vmap(proceed)(cases, live, action), memory), action
 
 
 def embark(case: Case) -> Live:
     """A case at t = 0, before anything is measured."""
-    state = begin(case.encounter, case.ship, SETTINGS)
+    state = reset(case.encounter, case.ship, SETTINGS)
     picture = None
     if case.disturbance is not None:
         picture = first_picture(case.disturbance, case.encounter, case.encounter.own)
     return Live(state, picture, _nothing(case, state))
 
 
-def seen(case: Case, live: Live) -> Observation:
+def observation(case: Case, live: Live) -> Observation:
     """What the pilot is shown: the ships that matter most, by the instruments if there are any."""
     whole = live.state.observation if live.picture is None else live.picture.observation
-    return feed(whole, loa_m=case.ship.loa_m)[0]
+    return select_targets(whole, loa_m=case.ship.loa_m)[0]
 
 
 def proceed(case: Case, live: Live, action: Float[Array, ""]) -> Live:
@@ -202,7 +202,7 @@ def place_of(case: Case, live: Live, action: Float[Array, ""]) -> Place:
     return Place(live.state.own, rudder, m.east_m, m.north_m, m.course_rad, m.speed_m_s, m.present)
 
 
-def _nothing(case: Case, state: WorldState) -> Measures:
+def _nothing(case: Case, state: EnvState) -> Measures:
     """The measures before the first step; only risk of collision may exist already."""
     zero, far = jnp.zeros(()), jnp.full((), jnp.inf)
     left = _left_m(case, state)
@@ -215,7 +215,7 @@ def _nothing(case: Case, state: WorldState) -> Measures:
     )  # fmt: skip
 
 
-def _measured(case: Case, live: Live, out: Outcome, finite: Bool[Array, ""]) -> Measures:
+def _measured(case: Case, live: Live, out: StepResult, finite: Bool[Array, ""]) -> Measures:
     """The measures with one more step in them."""
     before, m, own = live.state, live.measures, out.state.own
     time_s = out.state.step * SETTINGS.step_s
@@ -283,7 +283,7 @@ def _alarming_dcpa_m(own: ShipState, own_velocity: Vector, targets: Motion) -> F
     return jnp.where(soon, cpa.dcpa_m, jnp.inf).min(initial=jnp.inf)
 
 
-def _left_m(case: Case, state: WorldState) -> Float[Array, ""]:
+def _left_m(case: Case, state: EnvState) -> Float[Array, ""]:
     """The way left along the route: to the waypoint steered for, and on to the last."""
     x, y = case.encounter.route
     here = Vector(x[state.leg] - state.own.east_m, y[state.leg] - state.own.north_m)

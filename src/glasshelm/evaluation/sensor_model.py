@@ -15,7 +15,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
 from glasshelm.core.geometry import Vector, direction, norm, to_body, velocity
 from glasshelm.encounters.types import Encounter, Motion
-from glasshelm.env.observe import Observation, nothing_seen, remember, see
+from glasshelm.env.observe import Observation, empty_observation, observe, push_frame
 from glasshelm.env.step import targets_at, waypoint_of
 from glasshelm.ship.nomoto import ShipState
 
@@ -77,7 +77,7 @@ def first_picture(by: Disturbance, encounter: Encounter, own: ShipState) -> Pict
         jax.random.normal(key, (slots, 4)),
         nobody,
         jnp.zeros(slots),
-        nothing_seen(slots),
+        empty_observation(slots),
     )
     return _look(by, before, encounter, own, jnp.zeros((), jnp.int32), jnp.zeros(()), True)
 
@@ -135,13 +135,13 @@ def _look(
     report = eqx.tree_at(lambda m: m.present, report, motion.present)
     heard_s = jnp.where(due, time_s, picture.heard_s)
     reckoned = _reckoned(by, report, time_s - heard_s)
-    sight = see(shown, waypoint_of(encounter, leg), reckoned, report.present)
+    sight = observe(shown, waypoint_of(encounter, leg), reckoned, report.present)
     return Picture(
         picture.own_noise,
         picture.noise,
         report,
         heard_s,
-        remember(picture.observation, sight, first),
+        push_frame(picture.observation, sight, first),
     )
 
 

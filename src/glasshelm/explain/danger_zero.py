@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Motion
-from glasshelm.env.observe import FRAMES, LENGTH_M, Observation, Sight, see
+from glasshelm.env.observe import FRAMES, LENGTH_M, Observation, ObservationFrame, observe
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import KNOT_M_S, ShipState
 
@@ -25,7 +25,7 @@ FRAME_S = 5.0
 def far_ship() -> Observation:
     """One ship 20 km astern, opening at 20 kn: both ships at 10 kn on opposite courses, steady."""
 
-    def frame(age_s: Float[Array, ""]) -> Sight:
+    def frame(age_s: Float[Array, ""]) -> ObservationFrame:
         own = ShipState.steady(0.0, -SPEED_M_S * age_s, 0.0, SPEED_M_S)
         one = jnp.ones(1)
         there = Motion(
@@ -36,7 +36,7 @@ def far_ship() -> Observation:
             0.0 * one,
             one > 0,
         )
-        return see(own, Vector(jnp.zeros(()), jnp.asarray(LENGTH_M)), there, there.present)
+        return observe(own, Vector(jnp.zeros(()), jnp.asarray(LENGTH_M)), there, there.present)
 
     frames = jax.vmap(frame)(FRAME_S * jnp.arange(FRAMES))
     return Observation(frames.waypoint, frames.targets.swapaxes(0, 1), frames.present[0])

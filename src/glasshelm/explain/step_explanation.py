@@ -15,8 +15,8 @@ from glasshelm.explain.priority import priorities
 from glasshelm.explain.shapley import (
     SMALL,
     live_shares,
+    value_function,
     without_each,
-    worth_of,
 )
 from glasshelm.explain.sweep import RUDDERS, Sweep, rudder_range
 from glasshelm.explain.values import pick, values_at
@@ -51,7 +51,7 @@ class Explanation(eqx.Module):
 def explain(
     actor: Actor,
     critic: SubTaskCritic | None,
-    seen: Observation,
+    observation: Observation,
     action: Float[Array, ""],
     rudders: int = RUDDERS,
 ) -> Explanation:
@@ -60,20 +60,23 @@ def explain(
     Pure and traceable, for one observation. The decided rudder, rudder 0 and
     the ``rudders`` of the sweep go through the critic as one batch.
     """
-    attention, slots = attention_of(actor, seen), seen.present.shape[-1]
-    rudder = worth_of("rudder", actor, critic, seen, 1.0)
-    moves, left_out = live_shares(rudder, seen.present, MOST, True), without_each(rudder, slots)
+    attention, slots = attention_of(actor, observation), observation.present.shape[-1]
+    rudder = value_function("rudder", actor, critic, observation, 1.0)
+    moves, left_out = (
+        live_shares(rudder, observation.present, MOST, True),
+        without_each(rudder, slots),
+    )
     if critic is None:
         nothing = (None, None, None, None, attention, None)
-        return Explanation(seen.present, *nothing, moves, left_out, None)
+        return Explanation(observation.present, *nothing, moves, left_out, None)
     sweep = rudder_range(rudders)
     values = values_at(
-        critic, seen, jnp.concatenate([jnp.stack([action, jnp.zeros_like(action)]), sweep])
+        critic, observation, jnp.concatenate([jnp.stack([action, jnp.zeros_like(action)]), sweep])
     )
     value = pick(values, 0)
     priority = priorities(value, pick(values, 1))
     return Explanation(
-        seen.present,
+        observation.present,
         value,
         priority,
         far_value(critic, action),
@@ -83,7 +86,10 @@ def explain(
         moves,
         left_out,
         live_shares(
-            worth_of("decision", actor, critic, seen, 1.0), seen.present, SMALL, sampled=False
+            value_function("decision", actor, critic, observation, 1.0),
+            observation.present,
+            SMALL,
+            sampled=False,
         ),
     )
 

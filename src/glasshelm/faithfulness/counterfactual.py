@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter
-from glasshelm.env.step import WorldState, step
+from glasshelm.env.step import EnvState, step
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.validation import Steers
 
@@ -16,7 +16,7 @@ STEPS = 60
 
 
 def turned_without(
-    actor: Steers, encounter: Encounter, state: WorldState, ship: ShipParams
+    actor: Steers, encounter: Encounter, state: EnvState, ship: ShipParams
 ) -> Float[Array, " n"]:
     """How much farther to starboard own ship heads after five minutes because ship i is there.
 
@@ -26,17 +26,17 @@ def turned_without(
 
     def heading(members: Bool[Array, " n"]) -> Float[Array, ""]:
         world = eqx.tree_at(lambda e: e.present, encounter, encounter.present & members)
-        seen = eqx.tree_at(
+        observation = eqx.tree_at(
             lambda s: (s.observation.present, s.danger),
             state,
             (state.observation.present & members, jnp.where(members, state.danger, 0.0)),
         )
 
-        def go(state: WorldState, _: None):
+        def go(state: EnvState, _: None):
             rudder = actor(state.observation) * ship.rudder_limit_rad
             return step(world, state, rudder, ship).state, None
 
-        return jax.lax.scan(go, seen, None, length=STEPS)[0].own.heading_rad
+        return jax.lax.scan(go, observation, None, length=STEPS)[0].own.heading_rad
 
     ships = encounter.present.shape[-1]
     everyone = jnp.ones(ships, bool)

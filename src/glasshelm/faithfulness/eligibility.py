@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 
 from glasshelm.core.errors import InputError
-from glasshelm.evaluation.contenders import Entrant
+from glasshelm.evaluation.contenders import Contender
 from glasshelm.networks.actors import AttentionActor
 from glasshelm.pilots.learned import LearnedPilot
 
 
-def candidates(entrants: Sequence[Entrant]) -> list[tuple[str, list[LearnedPilot]]]:
+def candidates(entrants: Sequence[Contender]) -> list[tuple[str, list[LearnedPilot]]]:
     """Each entrant's name and seeds. InputError names the first that cannot be examined."""
     return [(entrant.name, _seeds(entrant)) for entrant in entrants]
 
 
-def _seeds(entrant: Entrant) -> list[LearnedPilot]:
+def _seeds(entrant: Contender) -> list[LearnedPilot]:
     seeds = []
     for pilot in entrant.pilots:
         if not isinstance(pilot, LearnedPilot):

@@ -13,9 +13,9 @@ from jaxtyping import Array, Float, Int, Key, PRNGKeyArray
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
-from glasshelm.env.step import WorldState
+from glasshelm.env.step import EnvState
 from glasshelm.explain.coalitions import coalitions
-from glasshelm.explain.shapley import worth_of
+from glasshelm.explain.shapley import value_function
 from glasshelm.faithfulness.chunking import CHUNK, in_chunks
 from glasshelm.faithfulness.counterfactual import turned_without
 from glasshelm.faithfulness.explainers import Explainer, explainers_for
@@ -34,7 +34,7 @@ MEASURES = (
 
 Networks = tuple[Actor, SubTaskCritic | None]
 #: Encounters, states of their worlds and keys [scene, ...].
-Chunk = tuple[Encounter, WorldState, Key[Array, " s"]]
+Chunk = tuple[Encounter, EnvState, Key[Array, " s"]]
 #: So many scenes of a chunk share one draw of networks that forgot. Of the draws, those
 #: that are also taken layer by layer: one scene in four.
 DRAW = 8
@@ -151,26 +151,30 @@ def _scored(
     signed = jnp.array([explainer.signed for explainer in explainers])
     names = [explainer.name for explainer in explainers]
 
-    def tell(seen: Observation, key: PRNGKeyArray, networks: Networks) -> Float[Array, "e n"]:
+    def tell(
+        observation: Observation, key: PRNGKeyArray, networks: Networks
+    ) -> Float[Array, "e n"]:
         actor, critic = networks
-        return jnp.stack([explainer.of(actor, critic, seen, key) for explainer in explainers])
+        return jnp.stack(
+            [explainer.of(actor, critic, observation, key) for explainer in explainers]
+        )
 
-    def one(scene: tuple[Encounter, WorldState, PRNGKeyArray]):
+    def one(scene: tuple[Encounter, EnvState, PRNGKeyArray]):
         encounter, state, key = scene
-        seen = state.observation
+        observation = state.observation
 
-        def rudder(seen: Observation) -> Float[Array, "1 1"]:
-            return pilot.actor(seen)[None, None]
+        def rudder(observation: Observation) -> Float[Array, "1 1"]:
+            return pilot.actor(observation)[None, None]
 
-        rudders = jax.vmap(worth_of("rudder", pilot.actor, None, seen, 1.0))(inside)
+        rudders = jax.vmap(value_function("rudder", pilot.actor, None, observation, 1.0))(inside)
         turned = jnp.abs(turned_without(pilot.actor, encounter, state, ship))
-        told = tell(seen, key, networks)
+        told = tell(observation, key, networks)
         found = jax.vmap(lambda e, s: scores(e, rudders, s))(told, signed)
         by_measure = {field: getattr(found, field) for field in MEASURES[:7]} | {
             "simulated": jax.vmap(lambda e: spearman(jnp.abs(e), turned))(told),
-            "sensitivity": sensitivity(lambda s: tell(s, key, networks), seen, key),
+            "sensitivity": sensitivity(lambda s: tell(s, key, networks), observation, key),
         }
-        return told, by_measure, sensitivity(rudder, seen, key)[0]
+        return told, by_measure, sensitivity(rudder, observation, key)[0]
 
     told, by_measure, jumpy = jax.vmap(one)(scenes)
     by_measure |= _forgetting(tell, told, forgetful, _layers(networks), scenes)
@@ -198,8 +202,8 @@ def _forgetting(
 
     def after(sitting: tuple[Networks, Int[Array, " d"]]) -> Float[Array, "d e"]:
         networks, place = sitting
-        seen, keys = jax.tree.map(lambda x: x[place], (scenes[1].observation, scenes[2]))
-        new = jax.vmap(lambda s, k: tell(s, k, networks))(seen, keys)
+        observation, keys = jax.tree.map(lambda x: x[place], (scenes[1].observation, scenes[2]))
+        new = jax.vmap(lambda s, k: tell(s, k, networks))(observation, keys)
         return jax.vmap(jax.vmap(spearman))(jnp.abs(told[place]), jnp.abs(new))
 
     rho = jax.lax.map(after, (forgetful, which))

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from glasshelm.core.compile_cache import let_go_if_many
-from glasshelm.core.output_dir import whole
+from glasshelm.core.compile_cache import clear_if_full
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.core.terminal import Terminal, progress
 from glasshelm.core.text import file_name
-from glasshelm.evaluation.result_cache import Kept
+from glasshelm.evaluation.result_cache import ResultCache
 from glasshelm.faithfulness.exam_runner import Examined, examine
 from glasshelm.faithfulness.score_cache import kept_or, key_of
 from glasshelm.faithfulness.score_plots import scores_figure
@@ -41,12 +41,12 @@ def examine_all(
                 found, before = _examined(name, pilot, what, out, console)
                 examined.append(found)
                 done += 1
-                let_go_if_many()
+                clear_if_full()
                 kept = ", examined before" if before else ""
                 said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
                 console.say(said)
             text.append(report(name, examined, command, machine))
-            with whole(out / "exam.md") as partial:
+            with atomic_write(out / "exam.md") as partial:
                 partial.write_text("\n".join(text), encoding="utf-8")
             save(scores_figure(examined, name), out / f"exam-{file_name(name)}")
     except KeyboardInterrupt:
@@ -68,4 +68,4 @@ def _examined(
             bar.update(task, description=doing, completed=done, total=of)
 
         work = partial(examine, pilot, *what, say)
-        return kept_or(work, Kept(out / "chunks"), key_of(pilot, *what), pilot)
+        return kept_or(work, ResultCache(out / "chunks"), key_of(pilot, *what), pilot)

@@ -29,32 +29,32 @@ DRAWS = 10
 _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx", "vy"))
 
 
-def shaken(seen: Observation, key: PRNGKeyArray) -> Observation:
+def shaken(observation: Observation, key: PRNGKeyArray) -> Observation:
     """The same scene through sensors that err: one offset a ship, the same in all five frames.
 
     Offsets are uniform in ± :data:`POSITION_M` and ± :data:`VELOCITY_M_S` on each
     axis; everything that follows from them (distance, CPA) is computed anew.
     """
     place_key, speed_key = jax.random.split(key)
-    ships = seen.present.shape[-1]
+    ships = observation.present.shape[-1]
     moved = jax.random.uniform(place_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * POSITION_M
     faster = jax.random.uniform(speed_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * VELOCITY_M_S
-    offset = seen.targets[..., (_DX, _DY)] * LENGTH_M + moved
-    speed = seen.targets[..., (_VX, _VY)] * SPEED_M_S + faster
+    offset = observation.targets[..., (_DX, _DY)] * LENGTH_M + moved
+    speed = observation.targets[..., (_VX, _VY)] * SPEED_M_S + faster
     rows = target_row(Vector(offset[..., 0], offset[..., 1]), Vector(speed[..., 0], speed[..., 1]))
-    return eqx.tree_at(lambda o: o.targets, seen, rows)
+    return eqx.tree_at(lambda o: o.targets, observation, rows)
 
 
 def sensitivity(
-    tell: Callable[[Observation], Float[Array, "e n"]], seen: Observation, key: PRNGKeyArray
+    tell: Callable[[Observation], Float[Array, "e n"]], observation: Observation, key: PRNGKeyArray
 ) -> Float[Array, " e"]:
     """max ‖e(s + ε) − e(s)‖ / ‖e(s)‖ over :data:`DRAWS` draws of the sensors' errors.
 
     Of every row that ``tell`` gives; a jumpy pilot is not the explanation's fault, so
     let the rudder be one of them.
     """
-    told = tell(seen)
-    others = jax.vmap(lambda draw: tell(shaken(seen, draw)))(jax.random.split(key, DRAWS))
+    told = tell(observation)
+    others = jax.vmap(lambda draw: tell(shaken(observation, draw)))(jax.random.split(key, DRAWS))
     worst = jnp.linalg.norm(others - told, axis=-1).max(0)
     return worst / jnp.maximum(jnp.linalg.norm(told, axis=-1), 1e-9)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from glasshelm.evaluation.contenders import code_digest, digest_of
-from glasshelm.evaluation.result_cache import Found, Kept
+from glasshelm.evaluation.result_cache import Found, ResultCache
 from glasshelm.faithfulness.exam_runner import Examined
 from glasshelm.faithfulness.explainers import explainers_for
 from glasshelm.pilots.learned import LearnedPilot
@@ -28,7 +28,7 @@ def key_of(pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int
 
 
 def kept_or(
-    examine: Callable[[], Examined], kept: Kept, key: str, pilot: LearnedPilot
+    examine: Callable[[], Examined], kept: ResultCache, key: str, pilot: LearnedPilot
 ) -> tuple[Examined, bool]:
     """The scores kept under ``key``, or those of ``examine``, which are then kept; and whether
     they were there already."""

@@ -9,9 +9,9 @@ from typing import Any
 from glasshelm.ais.files import TextFile
 from glasshelm.ais.line_splitter import Lines
 from glasshelm.ais.nmea import NmeaReader
-from glasshelm.ais.reports import Begun, Counts, Refusal, Report
+from glasshelm.ais.reports import Begun, Counts, RejectReason, Report
 from glasshelm.ais.traffic_time import BELIEVED_S, TrafficTime
-from glasshelm.core.errors import InputError, told_as
+from glasshelm.core.errors import InputError, hide_paths
 from glasshelm.feeds.backoff import Backoff
 from glasshelm.feeds.connection_errors import reason
 
@@ -121,7 +121,7 @@ class _Listener(asyncio.DatagramProtocol):
         else:
             lost = sum(1 for _ in _lines_of(data))
             self._counts.heard += lost
-            self._counts.refuse(Refusal.OVERRUN, lost)
+            self._counts.refuse(RejectReason.OVERRUN, lost)
 
 
 class FileFeed(Begun):
@@ -170,7 +170,7 @@ class FileFeed(Begun):
     def _lines(self) -> Iterator[list[bytes]]:
         """The lines of the file, block by block."""
         try:
-            with told_as(self._path.name, self._path), TextFile(self._path) as file:
+            with hide_paths(self._path.name, self._path), TextFile(self._path) as file:
                 for block in file.blocks(_PIECE):
                     yield block.split(b"\n")
                 self.trouble = "; ".join(file.notes) or None

@@ -5,7 +5,7 @@ import time
 from collections import deque
 
 from glasshelm.ais.reports import Report
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.traffic_picture import TrafficPicture
 
 #: Reports that wait at most, own ship's and all others'; of more the oldest are left out.
 MOST_OWN = 2_000
@@ -16,7 +16,7 @@ TAKE_S = 0.5
 LEAST_TAKEN = 500
 
 
-class Waiting:
+class ReportQueue:
     """Holds what was heard since the last look.
 
     One thread puts, another takes. ``left_out`` counts what came faster than it could be taken.
@@ -38,7 +38,7 @@ class Waiting:
         (self._own if report.own else self._others).append((self._put, report))
         self._put += 1
 
-    def take(self, picture: Picture) -> None:
+    def take(self, picture: TrafficPicture) -> None:
         """Let a picture take what waits now, in the order in which it came.
 
         Of more than can be afforded: all of own ship, and half of the latest, half of the nearest

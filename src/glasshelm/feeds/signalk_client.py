@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from glasshelm.ais.reports import Begun, Counts, Refusal, Report
+from glasshelm.ais.reports import Begun, Counts, RejectReason, Report
 from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
 from glasshelm.feeds.backoff import Backoff
 from glasshelm.feeds.connection_errors import reason
@@ -86,7 +86,7 @@ class SignalKFeed(Begun):
         except ConnectionClosed as error:
             if error.sent is not None and error.sent.code == _TOO_BIG:
                 self.counts.heard += 1
-                self.counts.refuse(Refusal.TOO_LONG)
+                self.counts.refuse(RejectReason.TOO_LONG)
             self.trouble = f"{self.title}: {reason(error)}"
         except (OSError, WebSocketException) as error:
             self.trouble = f"{self.title}: {reason(error)}"

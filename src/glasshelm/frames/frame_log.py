@@ -19,15 +19,15 @@ from typing import Any, BinaryIO
 
 import msgspec
 
-from glasshelm.core.errors import NOT_JSON, InputError, told_as
-from glasshelm.core.output_dir import whole
+from glasshelm.core.errors import NOT_JSON, InputError, hide_paths
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.frames.schema import Frame
 
 #: Bytes of a frame's line at most; one of 200 ships has about 100,000.
 LONGEST = 32_000_000
 
 
-class Logbook:
+class FrameLog:
     """A log open for appending; a context manager.
 
     Every frame is handed to the system before ``write`` returns; one that cannot be
@@ -92,7 +92,7 @@ class Logbook:
         with _told(self.path):
             self._file.close()
 
-    def __enter__(self) -> "Logbook":
+    def __enter__(self) -> "FrameLog":
         return self
 
     def __exit__(
@@ -138,9 +138,9 @@ def _told(path: Path) -> Iterator[None]:
 def write(path: str | Path, frames: Iterable[Frame]) -> int:
     """Write a whole log, replacing the file; returns the number of frames."""
     with (
-        whole(path) as partial,
-        told_as(str(path), partial),
-        Logbook(partial, fresh=True) as log,
+        atomic_write(path) as partial,
+        hide_paths(str(path), partial),
+        FrameLog(partial, fresh=True) as log,
     ):
         for frame in frames:
             log.write(frame)
@@ -187,7 +187,7 @@ def lines(file: BinaryIO, name: str) -> Iterator[tuple[int, bytes]]:
             yield number, line
 
 
-def begins(frames: Sequence[Frame], k: int) -> bool:
+def is_episode_start(frames: Sequence[Frame], k: int) -> bool:
     """Whether nothing was remembered before frame k: the one without a reward among others."""
     beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
     return frames[k].reward is None and beside.reward is not None

@@ -15,7 +15,7 @@ from typing import Any
 
 import msgspec
 
-from glasshelm.core.output_dir import whole
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.frames.schema import Frame, Target
 
 _ROWS = 20_000  # rows a group
@@ -34,7 +34,7 @@ def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
     schema = pa.schema([(name, kinds[kind]) for name, kind in columns().items()])
     total = 0
     with (
-        whole(path) as partial,
+        atomic_write(path) as partial,
         pq.ParquetWriter(str(partial), schema, compression="zstd") as writer,
     ):
         for group in _groups(rows(frames)):

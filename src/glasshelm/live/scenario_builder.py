@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.ais.mmsi import called, is_number
-from glasshelm.ais.vessel import Fix, Motion, Value, Vessel
-from glasshelm.encounters.projection import Plane
-from glasshelm.encounters.tracks import Row, single_track
+from glasshelm.ais.mmsi import is_number, station_label
+from glasshelm.ais.vessel import Fix, Motion, Timed, Vessel
+from glasshelm.encounters.projection import LocalProjection
+from glasshelm.encounters.tracks import TrackColumns, single_track
 from glasshelm.encounters.types import TargetInfo, Track
 from glasshelm.ship.nomoto import ShipParams, ShipState
 
@@ -21,7 +21,7 @@ SENSOR_HOLDS_S = 10.0
 
 
 @dataclasses.dataclass(frozen=True)
-class Here:
+class OwnPosition:
     """Own ship dead-reckoned to now, in the plane; ``age_s`` is that of her position.
 
     ``rudder_rad`` is None where no sensor tells it.
@@ -50,16 +50,18 @@ class Here:
     def track(self, lasts_s: float) -> Track:
         """Straight on for ``lasts_s``."""
         one = ([x] for x in (0.0, self.east_m, self.north_m, self.course_rad, self.speed_m_s))
-        return single_track(Row.of(*one, lasts_s=lasts_s))
+        return single_track(TrackColumns.of(*one, lasts_s=lasts_s))
 
 
-def place_of(fix: Fix, plane: Plane) -> tuple[float, float]:
+def place_of(fix: Fix, plane: LocalProjection) -> tuple[float, float]:
     """East and north [m] of a position."""
     east, north = plane.to_plane(np.array([fix.latitude_deg]), np.array([fix.longitude_deg]))
     return float(east[0]), float(north[0])
 
 
-def here_of(own: Vessel, fix: Fix, motion: Motion, plane: Plane, now_s: float) -> Here:
+def here_of(
+    own: Vessel, fix: Fix, motion: Motion, plane: LocalProjection, now_s: float
+) -> OwnPosition:
     """Own ship at ``now_s``, on her course over ground (adrift: her heading).
 
     Where neither is known, she is shown heading north.
@@ -74,7 +76,7 @@ def here_of(own: Vessel, fix: Fix, motion: Motion, plane: Plane, now_s: float) -
     in_plane = float(plane.course(latitude, longitude, true)[0])
     age = max(now_s - fix.time_s, 0.0)
     run = motion.speed_m_s * age
-    return Here(
+    return OwnPosition(
         east + run * math.sin(in_plane),
         north + run * math.cos(in_plane),
         in_plane,
@@ -85,13 +87,13 @@ def here_of(own: Vessel, fix: Fix, motion: Motion, plane: Plane, now_s: float) -
     )
 
 
-def _held(said: Value | None, now_s: float) -> float | None:
+def _held(said: Timed | None, now_s: float) -> float | None:
     """What a sensor said, while it is still so."""
     return said.value if said and now_s - said.time_s <= SENSOR_HOLDS_S else None
 
 
 def tracks_of(
-    vessels: Sequence[Vessel | None], plane: Plane, now_s: float, lasts_s: float
+    vessels: Sequence[Vessel | None], plane: LocalProjection, now_s: float, lasts_s: float
 ) -> Track:
     """One leg a slot, from the latest position; empty slots have one that never begins.
 
@@ -133,7 +135,7 @@ def info_of(vessel: Vessel | None) -> TargetInfo:
     if vessel is None:
         return TargetInfo("", "empty slot")
     number = vessel.second_of or vessel.id
-    name = vessel.name or (called(number) if is_number(number) else number)
+    name = vessel.name or (station_label(number) if is_number(number) else number)
     if vessel.second_of:
         name = f"{name} (second)"
     return TargetInfo(vessel.id, name, vessel.length_m, vessel.kind)

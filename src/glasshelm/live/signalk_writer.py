@@ -49,7 +49,7 @@ class Alarm(Protocol):
     def cause(self) -> str: ...
 
 
-class WriteBack:
+class SignalKWriter:
     """Writes to one server.
 
     ``tell`` never waits: what is told last is written when ``run``, a task of its own, can write.

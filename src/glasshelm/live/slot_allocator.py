@@ -6,7 +6,7 @@ Who remembers something by slot (what the pilot saw a moment ago) can so go on.
 from collections.abc import Sequence
 
 
-class Slots:
+class SlotAllocator:
     """A fixed number of slots.
 
     A slot that becomes free stays empty for one placing: nobody takes the new

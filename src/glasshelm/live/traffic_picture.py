@@ -10,26 +10,26 @@ import numpy as np
 from glasshelm.ais.limits import is_vessel_mmsi
 from glasshelm.ais.mmsi import is_number
 from glasshelm.ais.own_echo import OwnNumbers, is_echo, note
-from glasshelm.ais.plausibility import possible
-from glasshelm.ais.reports import Counts, Refusal, Report
+from glasshelm.ais.plausibility import is_plausible
+from glasshelm.ais.reports import Counts, RejectReason, Report
 from glasshelm.ais.traffic_time import BACK_S, BELIEVED_S, TrafficTime, span
 from glasshelm.ais.vessel import Motion, Vessel
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.encounters.types import Encounter, Scenario
 from glasshelm.live.fleet import MOST_SHIPS, Fleet
 from glasshelm.live.scenario_builder import (
     DRIFTING_M_S,
-    Here,
+    OwnPosition,
     fitted,
     here_of,
     info_of,
     place_of,
     tracks_of,
 )
-from glasshelm.live.slot_allocator import Slots
-from glasshelm.live.waypoint_tracker import AHEAD_M, Destination
+from glasshelm.live.slot_allocator import SlotAllocator
+from glasshelm.live.waypoint_tracker import AHEAD_M, WaypointTracker
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M, ShipParams
 
 #: Ships farther off are known and not shown [m]: AIS by VHF seldom reaches so far.
@@ -47,7 +47,7 @@ _OWN = "own ship"
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
-class Picture:
+class TrafficPicture:
     """Takes reports, one by one, and makes scenarios of them.
 
     ``counts`` counts reports: those that were believed, and why others were
@@ -60,15 +60,15 @@ class Picture:
         self._title, self._lost_after_s = title, lost_after_s
         self._time = TrafficTime()
         self._jump: tuple[str, float] | None = None
-        self._slots = Slots(slots)
+        self._slots = SlotAllocator(slots)
         self._clear()
 
     def _clear(self) -> None:
         self._own = Vessel("own")
         self._numbers = OwnNumbers()
         self._fleet = Fleet()
-        self._plane: Plane | None = None
-        self._destination = Destination()
+        self._plane: LocalProjection | None = None
+        self._destination = WaypointTracker()
         self._slots.clear()
 
     def __len__(self) -> int:
@@ -101,7 +101,7 @@ class Picture:
         """Roughly how far from own ship a report is [m]; infinitely, if that is not known."""
         return self._fleet.away_m(report, self._own.fix)
 
-    def take(self, report: Report) -> Refusal | None:
+    def take(self, report: Report) -> RejectReason | None:
         """Take a report; says why if it is not believed. Never raises."""
         self.counts.heard += 1
         refused = self._take(report)
@@ -176,14 +176,14 @@ class Picture:
         ships = sum(1 for v in self._fleet.ships.values() if self._is_target(v))
         return f"own ship and {ships} other {'ship' if ships == 1 else 'ships'}"
 
-    def _take(self, r: Report) -> Refusal | None:
+    def _take(self, r: Report) -> RejectReason | None:
         if r.formerly is not None and is_number(r.id) and not is_vessel_mmsi(int(r.id)):
             self._fleet.ships.pop(r.formerly, None)  # what was taken for a ship is a buoy
-            return Refusal.NO_SHIP
+            return RejectReason.NO_SHIP
         if r.formerly is not None and self._fleet.rename(r.formerly, r.id):
             self._slots.rename(r.formerly, r.id)
-        if not possible(r):
-            return Refusal.IMPOSSIBLE
+        if not is_plausible(r):
+            return RejectReason.IMPOSSIBLE
         time_s = _seconds(r.time)
         placed = r.latitude_deg is not None
         moves = placed or not _identity_alone(r)
@@ -192,7 +192,7 @@ class Picture:
             believed = self._time.tell(time_s, _OWN if r.own else r.id)
             latest_s = self._time.latest_s or time_s
             if not believed:
-                return Refusal.TIME_JUMP if time_s > latest_s else Refusal.LATE
+                return RejectReason.TIME_JUMP if time_s > latest_s else RejectReason.LATE
             if before_s is not None:
                 self._follow(latest_s - before_s, latest_s)
             time_s = min(time_s, self._time.now_s or time_s)
@@ -203,7 +203,7 @@ class Picture:
         if vessel is None:
             vessel = self._fleet.add(r, self._own.fix)
         if vessel is None:
-            return Refusal.FAR
+            return RejectReason.FAR
         vessel.identify(r, time_s)
         vessel.end(r.ended)
         refused = vessel.take(r, time_s) if moves else None
@@ -239,7 +239,7 @@ class Picture:
             return False
         return self._numbers.mmsi is not None or not is_echo(vessel)
 
-    def _here(self, now_s: float) -> Here | None:
+    def _here(self, now_s: float) -> OwnPosition | None:
         """Own ship now; None if she is not known, or lost. Keeps the plane near her."""
         fix, motion = self._own.fix, self._own.motion()
         if fix is None or motion is None or now_s - fix.time_s > self._lost_after_s:
@@ -248,7 +248,7 @@ class Picture:
             return None
         # Written so that a distance that is no number (the far side of the globe) also counts.
         if self._plane is None or not math.hypot(*place_of(fix, self._plane)) <= RECENTRE_M:
-            self._plane = Plane(fix.latitude_deg, fix.longitude_deg)
+            self._plane = LocalProjection(fix.latitude_deg, fix.longitude_deg)
             self._slots.clear()
         return here_of(self._own, fix, motion, self._plane, now_s)
 
@@ -264,7 +264,7 @@ class Picture:
         told = self._numbers.mmsi
         return self._own.name or ("own ship" if told is None else f"MMSI {told}")
 
-    def _notes(self, here: Here, now_s: float) -> tuple[str, ...]:
+    def _notes(self, here: OwnPosition, now_s: float) -> tuple[str, ...]:
         notes = []
         if not self._destination.told:
             why = "her route has ended" if self._destination.ended else "no route is known"

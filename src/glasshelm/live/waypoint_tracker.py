@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import PAPER, WIDE
-from glasshelm.env.step import WorldSettings
+from glasshelm.env.step import EnvSettings
 
 #: The assumed waypoint lies so far ahead [m], as in the paper, ...
 AHEAD_M = PAPER.waypoint_m[1]
@@ -17,10 +17,10 @@ OFF_COURSE_RAD = math.radians(20)
 #: ... for so long [s]: an evasive manoeuvre of some minutes is no new destination.
 MEANT_S = 600.0
 #: A waypoint that was told is reached so near to it [m], as in the world.
-ARRIVED_M = WorldSettings().arrival_m
+ARRIVED_M = EnvSettings().arrival_m
 
 
-class Destination:
+class WaypointTracker:
     """The waypoint that pilots are shown: the one told by the ship's route, or one ahead.
 
     Kept on the globe. ``told`` says whether the present one was told.
@@ -44,7 +44,7 @@ class Destination:
             self._place, self.told, self.ended = None, False, True
 
     def waypoint(
-        self, plane: Plane, east_m: float, north_m: float, course_rad: float, now_s: float
+        self, plane: LocalProjection, east_m: float, north_m: float, course_rad: float, now_s: float
     ) -> tuple[float, float]:
         """The waypoint (east and north [m]) of own ship at a place of the plane, on a course.
 

@@ -20,7 +20,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.output_dir import whole
+from glasshelm.core.output_dir import atomic_write
 
 Tree = TypeVar("Tree")
 FORMAT = "glasshelm-1"
@@ -45,7 +45,7 @@ def save_tree(path: Path, tree: Any, header: dict[str, Any]) -> str:
     tensors = {name: np.asarray(leaf) for name, leaf in _named(tree)}
     data = save(tensors, metadata={"format": FORMAT, "header": json.dumps(header)})
     digest = hashlib.sha256()
-    with whole(path) as partial, open(partial, "wb") as file:
+    with atomic_write(path) as partial, open(partial, "wb") as file:
         for part in _in_order(data):
             file.write(part)
             digest.update(part)

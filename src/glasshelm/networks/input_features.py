@@ -26,7 +26,7 @@ LENGTHS = tuple(
 )  # fmt: skip
 
 
-def through(lens: Lens, frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
+def encode(lens: Lens, frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
     """The input vector of a waypoint (f = 3) or target (f = 10) history, newest frame first."""
     if lens == "flat":
         return _flat(frames)

@@ -215,7 +215,7 @@ class Packed(eqx.Module):
         return self._pairs
 
 
-Fleet = Padded | Packed
+ShipBatch = Padded | Packed
 
 
 def _masked_softmax(y: Float[Array, "*b n"], mask: Bool[Array, "*b n"]) -> Float[Array, "*b n"]:

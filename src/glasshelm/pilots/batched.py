@@ -9,7 +9,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.pilots.protocols import Memory, Pilot
 
 
-class Together(eqx.Module):
+class BatchedPilot(eqx.Module):
     """Turns batches of observations and memories into rudders.
 
     A pilot that has a ``steer_together`` (the planner, who then plans for all
@@ -24,6 +24,8 @@ class Together(eqx.Module):
             lambda x: jnp.broadcast_to(x, (worlds, *jnp.shape(x))), self.pilot.start()
         )
 
-    def __call__(self, seen: Observation, memory: Memory) -> tuple[Float[Array, " w"], Memory]:
+    def __call__(
+        self, observation: Observation, memory: Memory
+    ) -> tuple[Float[Array, " w"], Memory]:
         steer = getattr(self.pilot, "steer_together", jax.vmap(self.pilot.steer))
-        return steer(seen, memory)
+        return steer(observation, memory)

@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from glasshelm.env.observe import Observation
-from glasshelm.env.step import WorldSettings, begin, observe_step
-from glasshelm.pilots.batched import Together
+from glasshelm.env.step import EnvSettings, observe_step, reset
+from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.course_pilot import CoursePilot, Method
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import METHODS
@@ -31,7 +31,7 @@ from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, drifted
 
 #: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
 _CHUNK, _STEPS = 64, 240
-_WORLD = WorldSettings()
+_WORLD = EnvSettings()
 
 
 class Playback(eqx.Module):
@@ -44,7 +44,7 @@ class Playback(eqx.Module):
         return jnp.zeros((), jnp.int32)
 
     def __call__(
-        self, seen: Observation, memory: Int[Array, ""]
+        self, observation: Observation, memory: Int[Array, ""]
     ) -> tuple[Float[Array, " w"], Int[Array, ""]]:
         return self.rudders[:, memory], memory + 1
 
@@ -86,13 +86,13 @@ def starting_pilots(ship: ShipParams) -> tuple[Pilot, ...]:
 
 
 def _steady(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: float
+    observation: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: float
 ) -> Float[Array, ""]:
     return jnp.full_like(offset_rad, settings)
 
 
 #: By name: ``paper-clairvoyant``, …
-SEERS = {
+ORACLE_PILOTS = {
     name: Clairvoyant(SHIPS[ship], name, starting_pilots(SHIPS[ship]))
     for ship, name in ((ship, f"{ship.replace('_', '-')}-clairvoyant") for ship in SHIPS)
 }
@@ -101,7 +101,7 @@ SEERS = {
 @partial(jax.jit, static_argnames="steps")
 def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
     """The rudders of a pilot in each encounter, as fractions of the limit."""
-    helm, size = Together(pilot), known.steps.shape[0]
+    helm, size = BatchedPilot(pilot), known.steps.shape[0]
 
     def proceed(known: Known, state, action: Float[Array, ""]):
         rudder = action * known.ship.rudder_limit_rad
@@ -114,7 +114,7 @@ def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
         action, memory = helm(state.observation, memory)
         return (jax.vmap(proceed)(known, state, action), memory), action
 
-    states = jax.vmap(lambda k: begin(k.encounter, k.ship))(known)
+    states = jax.vmap(lambda k: reset(k.encounter, k.ship))(known)
     _, actions = jax.lax.scan(go, (states, helm.start(size)), None, length=steps)
     return actions.T
 

@@ -44,13 +44,13 @@ class CoursePilot(eqx.Module):
     def start(self) -> Intent:
         return Intent(jnp.zeros(()), jnp.zeros((), jnp.int32))
 
-    def steer(self, seen: Observation, memory: Intent) -> tuple[Float[Array, ""], Intent]:
-        one = jax.tree.map(lambda x: x[None], (seen, memory))
+    def steer(self, observation: Observation, memory: Intent) -> tuple[Float[Array, ""], Intent]:
+        one = jax.tree.map(lambda x: x[None], (observation, memory))
         rudder, memory = self.steer_together(*one)
         return rudder[0], jax.tree.map(lambda x: x[0], memory)
 
     def steer_together(
-        self, seen: Observation, memory: Intent
+        self, observation: Observation, memory: Intent
     ) -> tuple[Float[Array, " w"], Intent]:
         """The rudders of worlds in step with each other: all set their courses at once."""
         method = self.method
@@ -60,8 +60,8 @@ class CoursePilot(eqx.Module):
 
         offset = jax.lax.cond(
             memory.age[0] % method.every == 0,
-            lambda: jax.vmap(choose)(seen, memory.offset_rad),
+            lambda: jax.vmap(choose)(observation, memory.offset_rad),
             lambda: memory.offset_rad,
         )
-        rudder = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, seen)
+        rudder = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, observation)
         return rudder, Intent(offset, memory.age + 1)

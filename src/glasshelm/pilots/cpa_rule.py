@@ -43,10 +43,10 @@ class CpaSettings:
 
 
 def cpa_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: CpaSettings
+    observation: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: CpaSettings
 ) -> Float[Array, ""]:
     """The course of the rule. Whether the way is clear is judged on the way, not on the detour."""
-    at = situation_of(seen, ship)
+    at = situation_of(observation, ship)
     altering = offset_rad != 0.0
     way = cpa_on(at, at.bearing_rad[None], ship)
     limit = settings.dcpa_m * jnp.where(altering, settings.hysteresis, 1.0)

@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from glasshelm.core.errors import InputError
-from glasshelm.env.observe import Observation, nothing_seen
+from glasshelm.env.observe import Observation, empty_observation
 from glasshelm.pilots.protocols import Memory, Pilot
 
 #: What JAX raises when a function looks at the values of what it traces.
@@ -43,15 +43,15 @@ class FunctionPilot(eqx.Module):
     def start(self) -> Memory:
         return ()
 
-    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
         if self.traced:
-            return jnp.asarray(self.function(seen), jnp.float32).reshape(()), memory
+            return jnp.asarray(self.function(observation), jnp.float32).reshape(()), memory
         shape = jax.ShapeDtypeStruct((), jnp.float32)
-        rudder = jax.pure_callback(self._called, shape, seen, vmap_method="sequential")
+        rudder = jax.pure_callback(self._called, shape, observation, vmap_method="sequential")
         return rudder, memory
 
-    def _called(self, seen: Observation) -> np.ndarray:
-        plain = jax.tree.map(np.asarray, seen)
+    def _called(self, observation: Observation) -> np.ndarray:
+        plain = jax.tree.map(np.asarray, observation)
         return np.asarray(self.function(plain), np.float32).reshape(())
 
 
@@ -86,9 +86,11 @@ def function_pilot(name: str) -> Pilot:
 
 def _traceable(name: str, function: Callable[[Observation], Any]) -> bool:
     """Whether JAX can trace it; tried on two ships. InputError if it gives no number at all."""
-    example = nothing_seen(2)
+    example = empty_observation(2)
     try:
-        out = jax.eval_shape(lambda seen: jnp.asarray(function(seen), jnp.float32), example)
+        out = jax.eval_shape(
+            lambda observation: jnp.asarray(function(observation), jnp.float32), example
+        )
         size = out.size
         traced = True
     except _UNTRACEABLE:

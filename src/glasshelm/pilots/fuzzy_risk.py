@@ -59,10 +59,13 @@ def fuzzy_risk(cpa: Cpa, ship: ShipParams, settings: FuzzySettings) -> Float[Arr
 
 
 def fuzzy_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: FuzzySettings
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    settings: FuzzySettings,
 ) -> Float[Array, ""]:
     """The smallest alteration that brings the risk down, while the way ahead has too much."""
-    at = situation_of(seen, ship)
+    at = situation_of(observation, ship)
 
     def worst(course: Float[Array, " c"]) -> Float[Array, " c"]:
         return fuzzy_risk(cpa_on(at, course, ship), ship, settings).max(-1, initial=0.0)

@@ -9,7 +9,7 @@ import jax
 import msgspec
 
 from glasshelm.core.errors import InputError
-from glasshelm.env.training_envelope import Trained
+from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.checkpoint import CheckpointError, load_tree, read_header
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
@@ -29,7 +29,7 @@ class Networks(eqx.Module):
     critic: SubTaskCritic | None
 
 
-def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
+def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
     """The shapes of the networks of a header, and what they were trained on.
 
     In place of arrays the networks have :class:`jax.ShapeDtypeStruct`: nothing is allocated.
@@ -58,7 +58,7 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, Trained]:
     return eqx.filter_eval_shape(build), _trained(header)
 
 
-def read_networks(path: Path) -> tuple[Networks, Trained]:
+def read_networks(path: Path) -> tuple[Networks, TrainingEnvelope]:
     """The networks of a weights file, and what they were trained on.
 
     CheckpointError, in one line, if the file is missing, damaged, truncated,
@@ -73,14 +73,14 @@ def read_networks(path: Path) -> tuple[Networks, Trained]:
     return load_tree(path, like), trained
 
 
-def _trained(header: dict[str, Any]) -> Trained:
+def _trained(header: dict[str, Any]) -> TrainingEnvelope:
     name = header.get("ship")
     ship = ship_named(name) if isinstance(name, str) else _ship(_part(header, "ship"))
     if header.get("config") is None:
-        return Trained(ship)
+        return TrainingEnvelope(ship)
     config = config_from_dict(_part(header, "config"))
     way = config.ddpg if config.way == "ddpg" else config.analytic
-    return Trained(ship, way.encounters, config.ddpg.world)
+    return TrainingEnvelope(ship, way.encounters, config.ddpg.world)
 
 
 def _part(header: dict[str, Any], name: str) -> dict[str, Any]:

@@ -7,12 +7,12 @@ from glasshelm.pilots.registry import default_pilot, pilot_named
 from glasshelm.ship.nomoto import ShipParams, ship_named
 
 #: The ship where neither a pilot with a ship of his own nor a ship is named.
-SHIP = "paper"
+DEFAULT_SHIP = "paper"
 
 
-def manned(pilot: str | None, ship: str | None) -> tuple[Pilot, ShipParams]:
+def resolve_pilot_and_ship(pilot: str | None, ship: str | None) -> tuple[Pilot, ShipParams]:
     """The pilot and the ship of these names; by default the ship's pilot, the pilot's ship."""
-    helm = pilot_named(default_pilot(ship or SHIP) if pilot is None else pilot)
+    helm = pilot_named(default_pilot(ship or DEFAULT_SHIP) if pilot is None else pilot)
     return helm, ship_named(ship_for(helm, ship))
 
 
@@ -21,6 +21,6 @@ def ship_for(pilot: Pilot, ship: str | None) -> str:
     if ship is not None:
         return ship
     try:
-        return ship_of(pilot) or SHIP
+        return ship_of(pilot) or DEFAULT_SHIP
     except InputError as error:
         raise InputError(f"{error}; choose one with --ship") from None

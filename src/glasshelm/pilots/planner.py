@@ -14,10 +14,13 @@ from glasshelm.ship.nomoto import ShipParams
 
 
 def planned_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: CourseSettings
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    settings: CourseSettings,
 ) -> Float[Array, ""]:
     """What the best manoeuvre begins with."""
-    return plan_course(seen, ship, settings).offset_rad
+    return plan_course(observation, ship, settings).offset_rad
 
 
 PLANNER = Method(planned_course, CourseSettings(), every=12)

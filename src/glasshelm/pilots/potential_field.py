@@ -43,10 +43,13 @@ def repulsion(offset: Vector, settings: PotentialSettings) -> Vector:
 
 
 def potential_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: PotentialSettings
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    settings: PotentialSettings,
 ) -> Float[Array, ""]:
     """The direction of the force, off the waypoint's bearing."""
-    at = situation_of(seen, ship)
+    at = situation_of(observation, ship)
     far = jnp.maximum(norm(at.waypoint), 1.0)
     push = repulsion(at.position, settings)
     force = Vector(at.waypoint.x / far + push.x.sum(), at.waypoint.y / far + push.y.sum())

@@ -29,26 +29,28 @@ class Pilot(Protocol):
         """The memory before the first decision."""
         ...
 
-    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
         """The rudder as a fraction of the limit in [−1, 1], starboard positive; the new memory."""
         ...
 
 
 @runtime_checkable
-class Steersman(Protocol):
+class BatchPolicy(Protocol):
     """Who steers a batch of worlds that are in step with each other."""
 
     def start(self, worlds: int) -> Memory:
         """The memory of all before the first decision."""
         ...
 
-    def __call__(self, seen: Observation, memory: Memory) -> tuple[Float[Array, " w"], Memory]:
+    def __call__(
+        self, observation: Observation, memory: Memory
+    ) -> tuple[Float[Array, " w"], Memory]:
         """The rudders of all as fractions of the limit; the new memory."""
         ...
 
 
 @runtime_checkable
-class Seer(Protocol):
+class OraclePilot(Protocol):
     """What cannot steer by what it sees: it must know each encounter beforehand."""
 
     @property
@@ -56,6 +58,6 @@ class Seer(Protocol):
         """What people call it."""
         ...
 
-    def knowing(self, known: Known) -> Steersman:
+    def knowing(self, known: Known) -> BatchPolicy:
         """Who steers a batch of encounters, knowing all of each."""
         ...

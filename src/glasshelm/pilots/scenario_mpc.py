@@ -22,8 +22,8 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.core.geometry import Vector, direction, norm, velocity, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import Method
-from glasshelm.planning.course_planner import Ahead, Situation, sail_ahead, situation_of
-from glasshelm.ship.autopilot import helm_of
+from glasshelm.planning.course_planner import PredictedOwn, Situation, sail_ahead, situation_of
+from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import ShipParams
 
 
@@ -57,11 +57,13 @@ def scenario_costs(
 ) -> tuple[Float[Array, " c"], Float[Array, " c"]]:
     """The offsets [rad] and what each costs."""
     offsets = jnp.radians(jnp.asarray(settings.offsets_deg))
-    helm, tau = helm_of(ship), settings.step_s
+    helm, tau = autopilot_for(ship), settings.step_s
     zero = jnp.zeros_like(offsets)
-    start = Ahead.here(at.rate_of_turn_rad_s, offsets.size)
+    start = PredictedOwn.here(at.rate_of_turn_rad_s, offsets.size)
 
-    def go(carry: tuple[Ahead, Array], time: Float[Array, ""]) -> tuple[tuple[Ahead, Array], None]:
+    def go(
+        carry: tuple[PredictedOwn, Array], time: Float[Array, ""]
+    ) -> tuple[tuple[PredictedOwn, Array], None]:
         ahead, worst = carry
         moved = sail_ahead(ahead, at.bearing_rad + offsets, helm, ship, tau)
         for i in range(at.position.x.shape[0]):
@@ -124,10 +126,13 @@ def violation(
 
 
 def scenario_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: ScenarioSettings
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    settings: ScenarioSettings,
 ) -> Float[Array, ""]:
     """The offset of least cost."""
-    offsets, costs = scenario_costs(situation_of(seen, ship), offset_rad, ship, settings)
+    offsets, costs = scenario_costs(situation_of(observation, ship), offset_rad, ship, settings)
     return offsets[jnp.argmin(costs)]
 
 

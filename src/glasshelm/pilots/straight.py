@@ -18,5 +18,5 @@ class StraightPilot(eqx.Module):
     def start(self) -> Memory:
         return ()
 
-    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
         return jnp.zeros(()), memory

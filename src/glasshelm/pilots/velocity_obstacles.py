@@ -45,13 +45,16 @@ class VelocitySettings:
 
 
 def velocity_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: VelocitySettings
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    settings: VelocitySettings,
 ) -> Float[Array, ""]:
     """The course outside all velocity obstacles that costs least.
 
     If there is none: where the disc is reached latest, as Fiorini & Shiller propose.
     """
-    at = situation_of(seen, ship)
+    at = situation_of(observation, ship)
     count = round(settings.largest_deg / settings.step_deg)
     steps = jnp.arange(1, count + 1) * math.radians(settings.step_deg)
     present = wrap_angle(-at.bearing_rad)

@@ -19,8 +19,8 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.core.geometry import Vector, direction, norm, velocity, wrap_angle
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S, Observation, waypoint_bearing_rad
 from glasshelm.env.rewards import course_reward
-from glasshelm.env.step import WorldSettings
-from glasshelm.ship.autopilot import Helm, helm_of
+from glasshelm.env.step import EnvSettings
+from glasshelm.ship.autopilot import Autopilot, autopilot_for
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipParams
 
@@ -106,19 +106,21 @@ class Situation(eqx.Module):
     velocity: Vector
 
 
-def situation_of(seen: Observation, ship: ShipParams) -> Situation:
+def situation_of(observation: Observation, ship: ShipParams) -> Situation:
     """What one observation says of own ship's motion and of the targets'.
 
     The rate of turn is that of the waypoint's bearing over the last step, less
     what own ship's way makes of it. Absent targets are put far away.
     """
-    now, before = (waypoint_bearing_rad(seen.waypoint[i]) for i in (0, 1))
-    waypoint = Vector(seen.waypoint[0, 0] * LENGTH_M, seen.waypoint[0, 1] * LENGTH_M)
+    now, before = (waypoint_bearing_rad(observation.waypoint[i]) for i in (0, 1))
+    waypoint = Vector(observation.waypoint[0, 0] * LENGTH_M, observation.waypoint[0, 1] * LENGTH_M)
     passing = ship.speed_m_s * velocity(now, 1.0).x / jnp.maximum(norm(waypoint), 1.0)
-    moved = jnp.any(seen.waypoint[0] != seen.waypoint[1])  # else this is the first frame
-    rate = jnp.where(moved, passing - wrap_angle(now - before) / WorldSettings().step_s, 0.0)
-    first = seen.targets[:, 0]
-    absent = ~seen.present
+    moved = jnp.any(
+        observation.waypoint[0] != observation.waypoint[1]
+    )  # else this is the first frame
+    rate = jnp.where(moved, passing - wrap_angle(now - before) / EnvSettings().step_s, 0.0)
+    first = observation.targets[:, 0]
+    absent = ~observation.present
     return Situation(
         waypoint,
         now,
@@ -128,7 +130,7 @@ def situation_of(seen: Observation, ship: ShipParams) -> Situation:
     )
 
 
-class Ahead(eqx.Module):
+class PredictedOwn(eqx.Module):
     """The imagined own ships, one a manoeuvre; ``way`` is where their bows point, a unit vector."""
 
     x: Float[Array, " c"]
@@ -138,13 +140,13 @@ class Ahead(eqx.Module):
     way: Vector
 
     @staticmethod
-    def here(rate_of_turn_rad_s: Float[Array, ""], manoeuvres: int) -> "Ahead":
+    def here(rate_of_turn_rad_s: Float[Array, ""], manoeuvres: int) -> "PredictedOwn":
         """All of them where own ship is, with her rate of turn."""
         zero = jnp.zeros(manoeuvres)
-        return Ahead(zero, zero, zero, zero + rate_of_turn_rad_s, Vector(zero, zero + 1.0))
+        return PredictedOwn(zero, zero, zero, zero + rate_of_turn_rad_s, Vector(zero, zero + 1.0))
 
 
-class Met(eqx.Module):
+class ManoeuvreCost(eqx.Module):
     """What each of them has earned (or cost) so far, her worst Eq. 13 and nearest range² [m²].
 
     ``bearing`` is that of the waypoint from where she is.
@@ -157,10 +159,10 @@ class Met(eqx.Module):
 
 
 def plan_course(
-    seen: Observation, ship: ShipParams, settings: CourseSettings = CourseSettings()
+    observation: Observation, ship: ShipParams, settings: CourseSettings = CourseSettings()
 ) -> Plan:
     """The best of all manoeuvres from one observation, and the value of each."""
-    at = situation_of(seen, ship)
+    at = situation_of(observation, ship)
     keep = jnp.array([(0.0, seconds, 0.0, 0.0) for seconds in settings.keep_s]).reshape(-1, 4)
     keep = keep.at[:, 0].set(-at.bearing_rad)  # in her frame the present heading is 0
     table = jnp.concatenate([jnp.asarray(settings.manoeuvres()), keep])
@@ -178,9 +180,11 @@ def _worth(
     loop over the manoeuvres for the compiler, four times as fast.
     """
     offset, until, offset2, duration2 = table.T
-    helm, tau = helm_of(ship), settings.step_s
+    helm, tau = autopilot_for(ship), settings.step_s
 
-    def go(carry: tuple[Ahead, Met], time: Float[Array, ""]) -> tuple[tuple[Ahead, Met], None]:
+    def go(
+        carry: tuple[PredictedOwn, ManoeuvreCost], time: Float[Array, ""]
+    ) -> tuple[tuple[PredictedOwn, ManoeuvreCost], None]:
         ahead, met = carry
         altered = jnp.where(time < until, offset, jnp.where(time < until + duration2, offset2, 0.0))
         course = jnp.where(altered == 0.0, met.bearing, at.bearing_rad + altered)
@@ -188,8 +192,8 @@ def _worth(
         return (moved, _meet(moved, met, time + tau, at, ship, settings)), None
 
     zero = jnp.zeros_like(offset)
-    met = Met(zero + at.bearing_rad, zero, zero - 1.0, zero + jnp.inf)
-    start = (Ahead.here(at.rate_of_turn_rad_s, offset.size), met)
+    met = ManoeuvreCost(zero + at.bearing_rad, zero, zero - 1.0, zero + jnp.inf)
+    start = (PredictedOwn.here(at.rate_of_turn_rad_s, offset.size), met)
     times = jnp.arange(round(settings.horizon_s / tau), dtype=jnp.float32) * tau
     (_, met), _ = jax.lax.scan(go, start, times)
     begins = jnp.where(until > 0, offset, 0.0)
@@ -203,8 +207,8 @@ def _worth(
 
 
 def sail_ahead(
-    ahead: Ahead, course: Float[Array, " c"], helm: Helm, ship: ShipParams, tau: float
-) -> Ahead:
+    ahead: PredictedOwn, course: Float[Array, " c"], helm: Autopilot, ship: ShipParams, tau: float
+) -> PredictedOwn:
     """One step towards a course: Eq. 6 exactly for a constant rudder, Eq. 7 along the arc.
 
     The run over ground is the mean of both ways, lengthened from that of a chord's ends
@@ -219,7 +223,7 @@ def sail_ahead(
     heading = ahead.heading + turned
     way = velocity(heading, 1.0)
     run = (0.5 * ship.speed_m_s * tau) * (1.0 + turned * turned * (1.0 / 12.0))
-    return Ahead(
+    return PredictedOwn(
         ahead.x + run * (ahead.way.x + way.x),
         ahead.y + run * (ahead.way.y + way.y),
         heading,
@@ -229,13 +233,13 @@ def sail_ahead(
 
 
 def _meet(
-    ahead: Ahead,
-    met: Met,
+    ahead: PredictedOwn,
+    met: ManoeuvreCost,
     time: Float[Array, ""],
     at: Situation,
     ship: ShipParams,
     settings: CourseSettings,
-) -> Met:
+) -> ManoeuvreCost:
     """What was met, with this step's reward (Eq. 17, and the danger smoothed) and ranges added."""
     bearing = direction(Vector(at.waypoint.x - ahead.x, at.waypoint.y - ahead.y))
     reward = course_reward(wrap_angle(bearing - ahead.heading))
@@ -255,21 +259,25 @@ def _meet(
         depth = jnp.maximum(margin + settings.danger_margin, 0.0)
         depth = jnp.where(depth < 2 * soft, depth**2 * (1 / (4 * soft)), depth - soft)
         reward = reward - settings.danger_weight * depth
-    steps = settings.step_s / WorldSettings().step_s
-    return Met(bearing, met.value + steps * reward, worst, nearest)
+    steps = settings.step_s / EnvSettings().step_s
+    return ManoeuvreCost(bearing, met.value + steps * reward, worst, nearest)
 
 
 def rudder_to(
-    offset_rad: Float[Array, ""], seen: Observation, ship: ShipParams
+    offset_rad: Float[Array, ""], observation: Observation, ship: ShipParams
 ) -> Float[Array, ""]:
     """The rudder, as a fraction of the limit, that steers a course off the waypoint's bearing."""
-    at = situation_of(seen, ship)
+    at = situation_of(observation, ship)
     error = wrap_angle(at.bearing_rad + offset_rad)
-    return helm_of(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
+    return autopilot_for(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
 
 
 def agreeing(
-    plan: Plan, rudder: Float[Array, ""], seen: Observation, ship: ShipParams, tolerance: float
+    plan: Plan,
+    rudder: Float[Array, ""],
+    observation: Observation,
+    ship: ShipParams,
+    tolerance: float,
 ) -> Plan:
     """The plan with the best course that begins much as ``rudder`` does, if it is nearly as good.
 
@@ -277,7 +285,7 @@ def agreeing(
     :func:`stakes`: within half of the limit, for 200 s or more. Else the plan as it is. For a
     pupil between two ways out: whichever it has chosen is right, and never their mean.
     """
-    rudders = _rudders(plan, seen, ship)
+    rudders = _rudders(plan, observation, ship)
     alike = jnp.abs(rudders - rudder) <= _ANOTHER
     values = jnp.where(alike & _lasts(plan), plan.values, -jnp.inf)
     near = jnp.argmax(values)
@@ -287,7 +295,7 @@ def agreeing(
     return dataclasses.replace(plan, offset_rad=offset)
 
 
-def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
+def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 
     Another by half of the limit or more, for 200 s or more: what lasts a moment can be
@@ -295,8 +303,8 @@ def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     more: between two ways out the other one costs nothing, but none of them much. 0 if
     there is no other.
     """
-    rudders = _rudders(plan, seen, ship)
-    first = rudder_to(plan.offset_rad, seen, ship)
+    rudders = _rudders(plan, observation, ship)
+    first = rudder_to(plan.offset_rad, observation, ship)
     best, lasts = plan.values.max(), _lasts(plan)
 
     def lost(those: Bool[Array, " c"]) -> Float[Array, ""]:
@@ -307,9 +315,9 @@ def stakes(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, ""]:
     return jnp.maximum(lost(jnp.abs(rudders - first) > _ANOTHER), lost(amidships))
 
 
-def _rudders(plan: Plan, seen: Observation, ship: ShipParams) -> Float[Array, " c"]:
+def _rudders(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, " c"]:
     """What each manoeuvre begins with, as a fraction of the limit."""
-    return jax.vmap(lambda offset: rudder_to(offset, seen, ship))(plan.offsets_rad)
+    return jax.vmap(lambda offset: rudder_to(offset, observation, ship))(plan.offsets_rad)
 
 
 def _lasts(plan: Plan) -> Bool[Array, " c"]:

@@ -18,11 +18,11 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from glasshelm.core.geometry import Vector, direction, norm, wrap_angle
 from glasshelm.encounters.types import Encounter, Motion
 from glasshelm.env.rewards import step_reward
-from glasshelm.env.step import WorldSettings, margins, next_leg, targets_at, waypoint_of
-from glasshelm.ship.autopilot import helm_of
+from glasshelm.env.step import EnvSettings, margins, next_leg, targets_at, waypoint_of
+from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import ShipParams, ShipState, advance, drifted
 
-_WORLD = WorldSettings()
+_WORLD = EnvSettings()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -98,7 +98,7 @@ def sail_altered(known: Known, base: Sailed, alteration_rad: Float[Array, " t"])
 
     It ends after ``known.steps``, or where the last waypoint is reached.
     """
-    ship, helm = known.ship, helm_of(known.ship)
+    ship, helm = known.ship, autopilot_for(known.ship)
     number = jnp.arange(base.rudder_rad.shape[0])
     motions = jax.vmap(lambda n: targets_at(known.encounter, (n + 1) * _WORLD.step_s))(number)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 
 from glasshelm import __version__
-from glasshelm.figures.gallery import Plate
+from glasshelm.figures.gallery import FigureSpec
 from glasshelm.figures.style import looks
 from glasshelm.frames.phrases import degrees, lasting
 from glasshelm.frames.series import Series
@@ -25,7 +25,7 @@ def page(
     voyage: Series,
     title: str,
     sentences: Sequence[Sentence],
-    drawn: Sequence[tuple[Plate, bytes, float]],
+    drawn: Sequence[tuple[FigureSpec, bytes, float]],
     missing: Sequence[str],
     notes: Sequence[str] = (),
 ) -> str:
@@ -97,7 +97,7 @@ def _text(words: str) -> str:
     return html.escape(words, quote=True)
 
 
-def _figure(plate: Plate, svg: bytes, width_in: float, alt: str) -> str:
+def _figure(plate: FigureSpec, svg: bytes, width_in: float, alt: str) -> str:
     data = base64.b64encode(svg).decode("ascii")
     wide, broad = (" wide", ' class="broad"') if width_in > _WIDE_IN else ("", "")
     return (
@@ -107,7 +107,7 @@ def _figure(plate: Plate, svg: bytes, width_in: float, alt: str) -> str:
     )
 
 
-def _alt(plate: Plate, voyage: Series) -> str:
+def _alt(plate: FigureSpec, voyage: Series) -> str:
     ships = ", ".join(look.label for look in looks(voyage).values())
     return f"{plate.caption} Ships: {ships or 'none'}."
 

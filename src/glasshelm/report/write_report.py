@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.output_dir import whole
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.core.text import printable
 from glasshelm.figures.gallery import PLATES, reason
 from glasshelm.figures.style import as_svg, save
@@ -54,7 +54,7 @@ def write_report(
             notes,
         )
         path = folder / "report.html"
-        with whole(path) as partial:
+        with atomic_write(path) as partial:
             partial.write_text(told, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{folder}: cannot write the report there ({error.strerror})") from None

@@ -11,7 +11,7 @@ Number = float | Float[Array, ""]
 
 
 @dataclasses.dataclass(frozen=True)
-class Helm:
+class Autopilot:
     """δ = P·(course error) − D·(rate of turn), within the limit."""
 
     proportional: Number
@@ -30,7 +30,7 @@ class Helm:
 FASTEST_S = 20.0
 
 
-def helm_of(ship: ShipParams) -> Helm:
+def autopilot_for(ship: ShipParams) -> Autopilot:
     """The helmsman who brings a ship to a new course without overshoot (critically damped).
 
     With Eq. 6 the course error obeys T·ë + (1 + K·D)·ė + K·P·e = 0. Both roots
@@ -39,7 +39,7 @@ def helm_of(ship: ShipParams) -> Helm:
     """
     gain, lag = ship.gain_1_s, ship.time_constant_s
     tau = jnp.maximum(0.45 * lag, FASTEST_S)
-    return Helm(
+    return Autopilot(
         lag / (gain * tau**2),
         jnp.maximum((2.0 * lag / tau - 1.0) / gain, 0.0),
         ship.rudder_limit_rad,

@@ -17,17 +17,17 @@ from glasshelm.core.geometry import (
 )
 from glasshelm.encounters.types import Encounter, Motion
 from glasshelm.env.observe import Observation
-from glasshelm.env.step import WorldSettings, WorldState, targets_at, waypoint_of
-from glasshelm.env.target_selection import feed
+from glasshelm.env.step import EnvSettings, EnvState, targets_at, waypoint_of
+from glasshelm.env.target_selection import select_targets
 from glasshelm.explain.step_explanation import Explanation, explain
 from glasshelm.pilots.guarded import GuardedPilot, learned_in
 from glasshelm.pilots.protocols import Memory, Pilot
-from glasshelm.planning.lookahead import Foreseen
+from glasshelm.planning.lookahead import Lookahead
 from glasshelm.ship.domain import danger
 from glasshelm.ship.nomoto import ShipParams, ShipState
 
 
-class Held(eqx.Module):
+class LastKnownTargets(eqx.Module):
     """Each target as she was last there, and when; ``motion.present`` false: never yet."""
 
     motion: Motion
@@ -49,14 +49,14 @@ class Traffic(eqx.Module):
     danger: Float[Array, " n"]
 
 
-class Guarding(eqx.Module):
+class GuardStatus(eqx.Module):
     """Of a guarded pilot: whether the guard has the helm, and where his own way leads from here."""
 
     steers: Bool[Array, ""]
-    ahead: Foreseen
+    ahead: Lookahead
 
 
-class Moment(eqx.Module):
+class ExplainedStep(eqx.Module):
     """All of one instant. Slot k of ``fed`` and ``explanation`` shows target ``order[k]``.
 
     ``action`` is what is steered, ``own_action`` what the pilot himself decides; ``his_own`` says
@@ -72,35 +72,37 @@ class Moment(eqx.Module):
     own_action: Float[Array, ""]
     his_own: Bool[Array, ""]
     explanation: Explanation | None
-    guarding: Guarding | None
+    guarding: GuardStatus | None
 
 
-class Order(eqx.Module):
+class RudderOverride(eqx.Module):
     """A rudder (a fraction of the limit) put in the pilot's place while the order ``holds``."""
 
     action: Float[Array, ""]
     holds: Bool[Array, ""]
 
 
-def never_held(encounter: Encounter) -> Held:
+def never_held(encounter: Encounter) -> LastKnownTargets:
     """Before the first moment nobody was ever there."""
     motion = targets_at(encounter, jnp.zeros(()))
     nobody = jnp.zeros_like(motion.present)
-    return Held(eqx.tree_at(lambda m: m.present, motion, nobody), jnp.zeros_like(motion.age_s))
+    return LastKnownTargets(
+        eqx.tree_at(lambda m: m.present, motion, nobody), jnp.zeros_like(motion.age_s)
+    )
 
 
-def moment_of(
+def explain_step(
     pilot: Pilot,
     encounter: Encounter,
-    state: WorldState,
-    held: Held,
+    state: EnvState,
+    held: LastKnownTargets,
     memory: Memory,
     ship: ShipParams,
-    settings: WorldSettings,
+    settings: EnvSettings,
     lost_shown_s: float,
-    ordered: Order | None = None,
+    ordered: RudderOverride | None = None,
     explained: bool = True,
-) -> tuple[Moment, Held, Any]:
+) -> tuple[ExplainedStep, LastKnownTargets, Any]:
     """The moment of a state, with what to carry to the next one. Pure and traceable.
 
     While an order holds, its rudder is the one that is steered and explained;
@@ -108,7 +110,7 @@ def moment_of(
     """
     time = state.step * settings.step_s
     traffic, held = _traffic(encounter, state.own, held, time, ship, lost_shown_s)
-    fed, order = feed(state.observation, loa_m=jnp.asarray(ship.loa_m))
+    fed, order = select_targets(state.observation, loa_m=jnp.asarray(ship.loa_m))
     action, memory = pilot.steer(fed, memory)
     ordering = jnp.zeros((), bool) if ordered is None else ordered.holds
     own_action, his_own, guarding = action, ~ordering, None
@@ -116,7 +118,7 @@ def moment_of(
         own_action = jnp.where(memory.guards, pilot.pilot.actor(fed), action)
         his_own = ~(memory.guards | ordering)
         if explained:
-            guarding = Guarding(memory.guards & ~ordering, pilot.ahead(fed))
+            guarding = GuardStatus(memory.guards & ~ordering, pilot.ahead(fed))
     if ordered is not None:
         action = jnp.where(ordered.holds, ordered.action, action)
     why, learned = None, learned_in(pilot)
@@ -124,17 +126,17 @@ def moment_of(
         why = explain(learned.actor, learned.critic, fed, action)
     waypoint = waypoint_of(encounter, state.leg)
     decided = (action, own_action, his_own, why, guarding)
-    return Moment(state.own, waypoint, traffic, fed, order, *decided), held, memory
+    return ExplainedStep(state.own, waypoint, traffic, fed, order, *decided), held, memory
 
 
 def _traffic(
     encounter: Encounter,
     own: ShipState,
-    held: Held,
+    held: LastKnownTargets,
     time_s: Float[Array, ""],
     ship: ShipParams,
     lost_shown_s: float,
-) -> tuple[Traffic, Held]:
+) -> tuple[Traffic, LastKnownTargets]:
     now = targets_at(encounter, time_s)
     here = now.present
     last = held.motion
@@ -171,4 +173,4 @@ def _traffic(
         closest_approach(offset, relative_v),
         danger(offset, ship.loa_m),
     )
-    return traffic, Held(kept, jnp.where(here, time_s, held.time_s))
+    return traffic, LastKnownTargets(kept, jnp.where(here, time_s, held.time_s))

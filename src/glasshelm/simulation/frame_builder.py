@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Scenario
 from glasshelm.env.rewards import Reward
-from glasshelm.env.training_envelope import check_numbers, outside
+from glasshelm.env.training_envelope import check_numbers, outside_training
 from glasshelm.explain.step_explanation import Explanation
 from glasshelm.frames.schema import (
     ByTask,
@@ -27,7 +27,7 @@ from glasshelm.pilots.guarded import learned_in
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.simulation.explained_step import Moment
+from glasshelm.simulation.explained_step import ExplainedStep
 
 #: Numbers are written to so many decimals: a micrometre, a microradian.
 DECIMALS = 6
@@ -49,13 +49,13 @@ class FrameBuilder:
         self._scenario, self._pilot, self._applied = scenario, pilot, applied
         self._limit = float(scenario.ship.rudder_limit_rad)
         self._ship = ship_part(scenario.ship)
-        self._plane = None if scenario.origin is None else Plane(*scenario.origin)
+        self._plane = None if scenario.origin is None else LocalProjection(*scenario.origin)
         tracks = scenario.encounter.targets
         reports = np.isfinite(np.asarray(tracks.start_s)) & np.isfinite(np.asarray(tracks.end_s))
         #: Slots of ships known from reports that expire: for these the age means something.
         self._reported = np.asarray(reports.any(-1))
 
-    def frame(self, moment: Moment, time_s: float, reward: Reward | None) -> Frame:
+    def frame(self, moment: ExplainedStep, time_s: float, reward: Reward | None) -> Frame:
         """The frame of a moment. InputError if the pilot was shown or decides no number."""
         self._check(moment)
         why = moment.explanation
@@ -79,7 +79,7 @@ class FrameBuilder:
             guard=self._guard(moment),
         )
 
-    def _check(self, moment: Moment) -> None:
+    def _check(self, moment: ExplainedStep) -> None:
         infos = self._scenario.targets
         check_numbers(moment.fed, [infos[i].name for i in moment.order if i < len(infos)])
         if not np.isfinite(moment.action):
@@ -88,7 +88,7 @@ class FrameBuilder:
                 "its weights are damaged"
             )
 
-    def _own(self, moment: Moment) -> Own:
+    def _own(self, moment: ExplainedStep) -> Own:
         own = moment.own
         latitude, longitude = self._places(own.east_m[None], own.north_m[None])
         known = self._applied or self._scenario.own_rudder
@@ -103,7 +103,7 @@ class FrameBuilder:
             longitude_deg=longitude[0],
         )
 
-    def _sweep(self, moment: Moment) -> Sweep | None:
+    def _sweep(self, moment: ExplainedStep) -> Sweep | None:
         sweep = None if moment.explanation is None else moment.explanation.sweep
         if sweep is None:
             return None
@@ -113,7 +113,7 @@ class FrameBuilder:
             _plain(sweep.value.by_ship.sum(-1)),
         )
 
-    def _decision(self, moment: Moment) -> Decision:
+    def _decision(self, moment: ExplainedStep) -> Decision:
         why = moment.explanation
         rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
         if not moment.his_own:
@@ -121,7 +121,7 @@ class FrameBuilder:
         alone = None if why is None else _plain(why.moves.none * self._limit)
         return Decision(rudder, self._applied, alone)
 
-    def _guard(self, moment: Moment) -> Guard | None:
+    def _guard(self, moment: ExplainedStep) -> Guard | None:
         if moment.guarding is None:
             return None
         steers, ahead = bool(moment.guarding.steers), moment.guarding.ahead
@@ -130,14 +130,14 @@ class FrameBuilder:
         who = self._scenario.targets[int(moment.order[int(ahead.slot)])]
         return Guard(steers, who.id, _plain(ahead.within_s), _plain(ahead.depth))
 
-    def _outside(self, moment: Moment, pilot: LearnedPilot) -> list[str] | None:
+    def _outside(self, moment: ExplainedStep, pilot: LearnedPilot) -> list[str] | None:
         fed = np.zeros(len(moment.traffic.lost), bool)
         fed[moment.order[moment.fed.present]] = True
         motion, ship = moment.traffic.motion, self._scenario.ship
-        said = outside(moment.own, ship, moment.waypoint, motion, fed, pilot.trained)
+        said = outside_training(moment.own, ship, moment.waypoint, motion, fed, pilot.trained)
         return said or None
 
-    def _targets(self, moment: Moment) -> list[Target]:
+    def _targets(self, moment: ExplainedStep) -> list[Target]:
         shown = np.flatnonzero(moment.traffic.motion.present)
         infos = [self._scenario.targets[i] for i in shown]
         who: Columns = {
@@ -149,7 +149,7 @@ class FrameBuilder:
         rows = zip(*columns.values(), strict=True)
         return [Target(**dict(zip(columns, row, strict=True))) for row in rows]
 
-    def _situation(self, moment: Moment, shown: np.ndarray) -> Columns:
+    def _situation(self, moment: ExplainedStep, shown: np.ndarray) -> Columns:
         traffic, motion = moment.traffic, moment.traffic.motion
         latitude, longitude = self._places(motion.east_m[shown], motion.north_m[shown])
         ages = zip(_plain(motion.age_s[shown]), self._reported[shown], strict=True)
@@ -199,7 +199,7 @@ def ship_part(ship: ShipParams) -> Ship:
     )
 
 
-def _reasons(moment: Moment, shown: np.ndarray, limit_rad: float) -> Columns:
+def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Columns:
     """What the pilot makes of each ship shown; absent for those that it was not fed."""
     place = {int(i): k for k, i in enumerate(moment.order) if moment.fed.present[k]}
     places = [place.get(int(i)) for i in shown]

@@ -13,17 +13,17 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.encounters.types import Encounter, Scenario
 from glasshelm.env.rewards import Reward
-from glasshelm.env.step import WorldSettings, begin, observe_step
+from glasshelm.env.step import EnvSettings, observe_step, reset
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
-from glasshelm.simulation.explained_step import Moment, moment_of
+from glasshelm.simulation.explained_step import ExplainedStep, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
 from glasshelm.simulation.prediction import predicted
-from glasshelm.simulation.voyage import LOST_SHOWN_S, Carry, embark
+from glasshelm.simulation.voyage import LOST_SHOWN_S, Carry, init_carry
 
 
-class Watch:
+class LiveAdvisor:
     """One pilot on watch, advising. Pictures are scenarios at whose t = 0 it is now.
 
     They keep their slots: a ship stays in hers as long as she is known. Looks
@@ -33,7 +33,7 @@ class Watch:
     def __init__(
         self,
         pilot: Pilot,
-        settings: WorldSettings = WorldSettings(),
+        settings: EnvSettings = EnvSettings(),
         lost_shown_s: float = LOST_SHOWN_S,
     ):
         self.pilot, self.settings = pilot, settings
@@ -48,7 +48,7 @@ class Watch:
         encounter = scenario.encounter
         ship = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), scenario.ship)
         if self._last is None or self._last[0].origin != scenario.origin:
-            carry = embark(encounter, ship, self.settings, self.pilot)
+            carry = init_carry(encounter, ship, self.settings, self.pilot)
             first, others, since_s = True, np.ones(len(scenario.targets), bool), 0.0
         else:
             before, carry, _, last_s = self._last
@@ -89,9 +89,9 @@ def _look(
     first: Bool[Array, ""],
     others: Bool[Array, " n"],
     since_s: Float[Array, ""],
-    settings: WorldSettings,
+    settings: EnvSettings,
     lost_shown_s: float,
-) -> tuple[Carry, Moment, Reward]:
+) -> tuple[Carry, ExplainedStep, Reward]:
     """One look: what is seen, then what is decided.
 
     ``others`` are the slots that hold another ship than before; ``since_s`` is
@@ -109,11 +109,13 @@ def _look(
         carry.state,
         (jnp.full_like(carry.state.step, -1), known, jnp.where(others, 0.0, carry.state.danger)),
     )
-    seen = observe_step(encounter, before, encounter.own, ship, settings)
+    observation = observe_step(encounter, before, encounter.own, ship, settings)
     state = jax.tree.map(
-        lambda new, on: jnp.where(first, new, on), begin(encounter, ship, settings), seen.state
+        lambda new, on: jnp.where(first, new, on),
+        reset(encounter, ship, settings),
+        observation.state,
     )
-    moment, held, memory = moment_of(
+    moment, held, memory = explain_step(
         pilot, encounter, state, held, carry.memory, ship, settings, lost_shown_s
     )
-    return Carry(state, held, memory), moment, seen.reward
+    return Carry(state, held, memory), moment, observation.reward

@@ -13,14 +13,19 @@ from jaxtyping import Array, Bool
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter, Motion, Scenario, Track, motion_at
-from glasshelm.env.padding import slots_for
+from glasshelm.env.padding import bucket_size
 from glasshelm.env.rewards import Reward
-from glasshelm.env.step import WorldSettings, WorldState, begin, observe_step, step
+from glasshelm.env.step import EnvSettings, EnvState, observe_step, reset, step
 from glasshelm.env.target_selection import CAPACITY
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
-from glasshelm.simulation.explained_step import Held, Moment, moment_of, never_held
+from glasshelm.simulation.explained_step import (
+    ExplainedStep,
+    LastKnownTargets,
+    explain_step,
+    never_held,
+)
 from glasshelm.simulation.frame_builder import FrameBuilder
 
 #: A lost AIS target stays in the frames for so long, where she was last.
@@ -35,13 +40,13 @@ Tree = TypeVar("Tree")
 class Carry(eqx.Module):
     """What one tick hands to the next."""
 
-    state: WorldState
-    held: Held
+    state: EnvState
+    held: LastKnownTargets
     memory: Memory
 
 
 @dataclasses.dataclass(frozen=True)
-class Place:
+class VoyageCheckpoint:
     """Where a voyage stands: before its frame ``number``, of which ``final`` is the last.
 
     ``pilot`` will decide there; ``reward`` is that of the step that led here.
@@ -54,12 +59,12 @@ class Place:
     reward: Reward | None = None
 
 
-def sail(
+def simulate(
     scenario: Scenario,
     pilot: Pilot,
     steps: int | None = None,
     advise: bool = False,
-    settings: WorldSettings = WorldSettings(),
+    settings: EnvSettings = EnvSettings(),
     lost_shown_s: float = LOST_SHOWN_S,
 ) -> Iterator[Frame]:
     """The frames of a voyage: one at the start and one after each step.
@@ -81,7 +86,7 @@ def sail(
 
 
 def steps_of(
-    scenario: Scenario, steps: int | None = None, settings: WorldSettings = WorldSettings()
+    scenario: Scenario, steps: int | None = None, settings: EnvSettings = EnvSettings()
 ) -> int:
     """The steps that were asked for, or those that fit into the scenario's duration."""
     if steps is None:
@@ -96,7 +101,7 @@ def _sail(
     pilot: Pilot,
     steps: int,
     advise: bool,
-    settings: WorldSettings,
+    settings: EnvSettings,
     lost_shown_s: float,
 ) -> Iterator[Frame]:
     voyage = Voyage(scenario, pilot, steps, advise, settings, lost_shown_s)
@@ -117,7 +122,7 @@ class Voyage:
         pilot: Pilot,
         steps: int,
         advise: bool = False,
-        settings: WorldSettings = WorldSettings(),
+        settings: EnvSettings = EnvSettings(),
         lost_shown_s: float = LOST_SHOWN_S,
     ):
         self.scenario, self.steps, self.advise, self.settings = scenario, steps, advise, settings
@@ -128,7 +133,9 @@ class Voyage:
         if advise and scenario.own_track is not None:
             self._kept = recorded_own(scenario.own_track, steps + _CHUNK, settings)
             self.encounter = eqx.tree_at(lambda e: e.own, self.encounter, _at(self._kept, 0))
-        self.place = Place(0, steps, pilot, embark(self.encounter, self.ship, settings, pilot))
+        self.place = VoyageCheckpoint(
+            0, steps, pilot, init_carry(self.encounter, self.ship, settings, pilot)
+        )
 
     def hand_over(self, pilot: Pilot) -> None:
         """From the next frame on this pilot decides, without a memory of what was before."""
@@ -163,22 +170,24 @@ class Voyage:
             reward = tick.reward
             if tick.ended:
                 final = number + 1
-        self.place = Place(first + len(frames), final, pilot, carry, reward)
+        self.place = VoyageCheckpoint(first + len(frames), final, pilot, carry, reward)
         return frames
 
 
 class _Tick(eqx.Module):
     """A moment, and what the step after it brought."""
 
-    moment: Moment
+    moment: ExplainedStep
     reward: Reward
     ended: Bool[Array, ""]
 
 
 @eqx.filter_jit
-def embark(encounter: Encounter, ship: ShipParams, settings: WorldSettings, pilot: Pilot) -> Carry:
+def init_carry(
+    encounter: Encounter, ship: ShipParams, settings: EnvSettings, pilot: Pilot
+) -> Carry:
     """Before the first tick of an encounter."""
-    return Carry(begin(encounter, ship, settings), never_held(encounter), pilot.start())
+    return Carry(reset(encounter, ship, settings), never_held(encounter), pilot.start())
 
 
 @eqx.filter_jit
@@ -188,7 +197,7 @@ def _chunk(
     carry: Carry,
     own: ShipState | None,
     ship: ShipParams,
-    settings: WorldSettings,
+    settings: EnvSettings,
     lost_shown_s: float,
     ticks: int,
 ) -> tuple[Carry, _Tick]:
@@ -196,7 +205,7 @@ def _chunk(
 
     def tick(carry: Carry, own: ShipState | None) -> tuple[Carry, _Tick]:
         state = carry.state
-        moment, held, memory = moment_of(
+        moment, held, memory = explain_step(
             pilot, encounter, state, carry.held, carry.memory, ship, settings, lost_shown_s
         )
         if own is None:
@@ -210,7 +219,7 @@ def _chunk(
     return jax.lax.scan(tick, carry, own, length=ticks)
 
 
-def recorded_own(track: Track, steps: int, settings: WorldSettings) -> ShipState:
+def recorded_own(track: Track, steps: int, settings: EnvSettings) -> ShipState:
     """A recorded own ship at every step [steps + 1]: dead-reckoned, also through gaps.
 
     Her heading is her course; her rate of turn its difference over the step
@@ -242,10 +251,10 @@ def padded_encounter(encounter: Encounter) -> Encounter:
     Added slots hold nobody, added legs never start.
     """
     slots, legs = encounter.targets.start_s.shape
-    wide = slots_for(slots)
+    wide = bucket_size(slots)
     if slots <= CAPACITY:
         wide = min(wide, CAPACITY)  # so few ships are all fed; empty slots must not change that
-    extra = ((0, wide - slots), (0, slots_for(legs) - legs))
+    extra = ((0, wide - slots), (0, bucket_size(legs) - legs))
 
     def pad(values: Any, empty: float) -> Any:
         return jnp.asarray(np.pad(np.asarray(values), extra, constant_values=empty))

@@ -35,11 +35,11 @@ from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation, waypoint_bearing_rad
 from glasshelm.env.rewards import course_reward
 from glasshelm.env.step import (
-    WorldSettings,
-    WorldState,
-    begin,
+    EnvSettings,
+    EnvState,
     margins,
     next_leg,
+    reset,
     step,
     targets_at,
     waypoint_of,
@@ -140,15 +140,15 @@ class _Held(eqx.Module):
 
 def hold(
     encounter: Encounter,
-    state: WorldState,
+    state: EnvState,
     action: Float[Array, ""],
     ship: ShipParams,
     settings: AnalyticSettings,
-) -> tuple[WorldState, _Held]:
+) -> tuple[EnvState, _Held]:
     """The state after holding one command, and what happened on the way."""
 
-    def once(state: WorldState, _: None):
-        out = step(encounter, state, action * ship.rudder_limit_rad, ship, WorldSettings())
+    def once(state: EnvState, _: None):
+        out = step(encounter, state, action * ship.rudder_limit_rad, ship, EnvSettings())
         bearing = waypoint_bearing_rad(out.state.observation.waypoint[0])
         reward = smooth_reward(bearing, out.margin, settings)
         return out.state, _Held(reward, jnp.max(out.margin, initial=-jnp.inf))
@@ -175,7 +175,7 @@ def voyage_return(
     The same sum as :func:`sail`'s, but of the ship and the targets alone: what
     she would see on the way is not needed, and is most of the work.
     """
-    world = WorldSettings()
+    world = EnvSettings()
 
     def go(carry: tuple[ShipState, Int[Array, ""], Int[Array, ""]], action: Float[Array, ""]):
         own, leg, count = carry
@@ -206,7 +206,7 @@ class Voyages(eqx.Module):
 class Log(eqx.Module):
     """What happened on a batch of voyages, decision by decision [t, w]: seen and done."""
 
-    seen: Observation
+    observation: Observation
     actions: Float[Array, "*t w"]
 
 
@@ -216,12 +216,12 @@ def sail(
     """Sail a batch under the actor."""
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
-    def go(state: WorldState, _: None):
+    def go(state: EnvState, _: None):
         action = actor(state.observation, fleet)
         after, held = jax.vmap(lambda e, s, a: hold(e, s, a, ship, settings))(batch, state, action)
         return after, (Log(state.observation, action), held)
 
-    start = jax.vmap(lambda e: begin(e, ship))(batch)
+    start = jax.vmap(lambda e: reset(e, ship))(batch)
     _, (log, held) = jax.lax.scan(go, start, None, length=settings.decisions)
     returns = held.reward.sum(0) - _rudder_cost(log.actions.T, settings)
     return log, Voyages(returns, held.worst.max(0))
@@ -241,8 +241,8 @@ def policy_gradient(
     pull = adjoint / (length + settings.adjoint_scale)
     fleet = Packed(batch.present, settings.ships, settings.pairs)
 
-    def loss(actor: Actor, pull: Float[Array, " w"], seen: Observation) -> Float[Array, ""]:
-        action = actor(seen, fleet)
+    def loss(actor: Actor, pull: Float[Array, " w"], observation: Observation) -> Float[Array, ""]:
+        action = actor(observation, fleet)
         return jnp.mean(settings.rudder_pull * action**2 - pull * action)
 
     def add(gradient: Actor, decision: tuple[Float[Array, " w"], Observation]):
@@ -250,7 +250,7 @@ def policy_gradient(
 
     # Decision by decision: the activations of one fit the cache, those of all do not.
     nothing = jax.tree.map(jnp.zeros_like, actor)
-    gradient, _ = jax.lax.scan(add, nothing, (pull.T, log.seen))
+    gradient, _ = jax.lax.scan(add, nothing, (pull.T, log.observation))
     return gradient, voyages
 
 
@@ -261,14 +261,14 @@ def _exact_gradient(
 
     def loss(actor: Actor) -> tuple[Float[Array, ""], Voyages]:
         @jax.checkpoint
-        def go(state: WorldState, _: None):
+        def go(state: EnvState, _: None):
             action = actor(state.observation, fleet)
             after, held = jax.vmap(lambda e, s, a: hold(e, s, a, ship, settings))(
                 batch, state, action
             )
             return after, (action, held)
 
-        start = jax.vmap(lambda e: begin(e, ship))(batch)
+        start = jax.vmap(lambda e: reset(e, ship))(batch)
         _, (actions, held) = jax.lax.scan(go, start, None, length=settings.decisions)
         returns = held.reward.sum(0) - _rudder_cost(actions.T, settings)
         return -returns.mean(), Voyages(returns, held.worst.max(0))

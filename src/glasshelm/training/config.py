@@ -7,7 +7,7 @@ from typing import Any, Literal
 import msgspec
 
 from glasshelm.core.errors import InputError
-from glasshelm.env.step import WorldSettings
+from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
 from glasshelm.planning.course_planner import CourseSettings
@@ -54,7 +54,7 @@ class TrainConfig:
 
 _FINE_ACTOR = ActorSizes((128, 128, 64), (128, 128, 64), (64, 64), "fine")
 _FINE_CRITIC = CriticSizes((128, 128, 64), norm=True, lens="fine")
-_BRIEF = WorldSettings(episode_steps=24)
+_BRIEF = EnvSettings(episode_steps=24)
 
 PRESETS: dict[str, TrainConfig] = {
     # Table A.6 to the letter.
@@ -81,7 +81,7 @@ PRESETS: dict[str, TrainConfig] = {
             batch=256,
             # The pilot acts 10 to 20 minutes before a meeting: its critics must see as far.
             discount=0.995,
-            world=WorldSettings(episode_steps=480),
+            world=EnvSettings(episode_steps=480),
             # With γ = 0.995 the mean value approaches at rate·(1 − γ) an update: 0.005 is too slow.
             target_rate=0.05,
             learning_rate_end=0.05,

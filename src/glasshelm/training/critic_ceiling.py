@@ -17,7 +17,7 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.rewards import Reward
-from glasshelm.env.step import WorldState, begin, step
+from glasshelm.env.step import EnvState, reset, step
 from glasshelm.networks.ship_batch import Padded
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.exploration import Noise, NoiseSettings, explore, quiet
@@ -64,20 +64,20 @@ def foretold(
     Returns end ``long`` steps after the start of the voyage.
     """
 
-    def act(state: WorldState, noise: Noise, key: PRNGKeyArray):
+    def act(state: EnvState, noise: Noise, key: PRNGKeyArray):
         return explore(noise, actor(state.observation), jnp.zeros(()), lapses, key)
 
-    def move(state: WorldState, action: Float[Array, " w"]):
+    def move(state: EnvState, action: Float[Array, " w"]):
         return jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
             encounters, state, action
         )
 
-    def sail(state: WorldState, noise: Noise, key: PRNGKeyArray):
+    def sail(state: EnvState, noise: Noise, key: PRNGKeyArray):
         action, noise = act(state, noise, key)
         return move(state, action).state, noise
 
     def follow(
-        state: WorldState,
+        state: EnvState,
         action: Float[Array, " w"],
         noise: Noise,
         left: Int[Array, ""],
@@ -98,7 +98,7 @@ def foretold(
         start = (state, action, noise, nothing, jnp.ones(()))
         return jax.lax.scan(go, start, jnp.arange(long))[0][3]
 
-    def instant(carry: tuple[WorldState, Noise], number: Int[Array, ""]):
+    def instant(carry: tuple[EnvState, Noise], number: Int[Array, ""]):
         state, noise = carry
         key = jax.random.fold_in(jax.random.key(EVALUATION_SEED), number)
         now, first, second, later = jax.random.split(key, 4)
@@ -114,7 +114,7 @@ def foretold(
         return onward, (value, one, two)
 
     worlds = encounters.present.shape[0]
-    start = (jax.vmap(lambda e: begin(e, ship))(encounters), quiet(worlds))
+    start = (jax.vmap(lambda e: reset(e, ship))(encounters), quiet(worlds))
     _, found = jax.lax.scan(instant, start, jnp.arange(instants))
     value, one, two = found
     everywhere = jnp.ones_like(value.waypoint)

@@ -25,8 +25,8 @@ import optax
 from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter
-from glasshelm.env.observe import Observation, nothing_seen
-from glasshelm.env.step import WorldState, begin, step
+from glasshelm.env.observe import Observation, empty_observation
+from glasshelm.env.step import EnvState, reset, step
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.ship_batch import Packed
 from glasshelm.planning.course_planner import (
@@ -81,7 +81,7 @@ class ImitationSettings:
 class Lessons(eqx.Module):
     """What was seen, what the teacher would have done, how much it mattered [batch, t, world]."""
 
-    seen: Observation
+    observation: Observation
     rudder: Float[Array, "*b w"]
     weight: Float[Array, "*b w"]
 
@@ -107,8 +107,10 @@ def start_imitation(
 ) -> ImitationState:
     """The state before the first iteration: no lessons yet."""
     shape = (settings.kept, settings.stretches * settings.decisions, analytic.worlds)
-    seen = jax.tree.map(lambda x: jnp.zeros((*shape, *x.shape), x.dtype), nothing_seen(slots))
-    lessons = Lessons(seen, jnp.zeros(shape), jnp.zeros(shape))
+    observation = jax.tree.map(
+        lambda x: jnp.zeros((*shape, *x.shape), x.dtype), empty_observation(slots)
+    )
+    lessons = Lessons(observation, jnp.zeros(shape), jnp.zeros(shape))
     return ImitationState(
         jax.tree.map(jnp.copy, actor),  # own copies: the state is donated
         jax.tree.map(jnp.copy, actor),
@@ -157,13 +159,13 @@ def teach(
     """Sail a batch, the actor steering a ``share`` of the stretches: lessons [t, w]."""
     worlds = batch.present.shape[0]
 
-    def hold(e: Encounter, state: WorldState, action: Float[Array, ""]) -> WorldState:
-        def once(state: WorldState, _: None):
+    def hold(e: Encounter, state: EnvState, action: Float[Array, ""]) -> EnvState:
+        def once(state: EnvState, _: None):
             return step(e, state, action * ship.rudder_limit_rad, ship).state, None
 
         return jax.lax.scan(once, state, None, length=settings.hold)[0]
 
-    def stretch(state: WorldState, key: PRNGKeyArray):
+    def stretch(state: EnvState, key: PRNGKeyArray):
         plan = jax.vmap(lambda s: plan_course(s, ship, settings.teacher))(state.observation)
         at_stake = jax.vmap(lambda p, s: stakes(p, s, ship))(plan, state.observation)
         weight = (at_stake + 0.1 * settings.stakes_scale) / (at_stake + settings.stakes_scale)
@@ -174,15 +176,15 @@ def teach(
             )
         steers = jax.random.bernoulli(key, share, (worlds,))
 
-        def decide(state: WorldState, _: None):
-            seen = state.observation
-            label = jax.vmap(lambda o, s: rudder_to(o, s, ship))(plan.offset_rad, seen)
-            action = jnp.where(steers, actor(seen, fleet), label)
-            return jax.vmap(hold)(batch, state, action), Lessons(seen, label, weight)
+        def decide(state: EnvState, _: None):
+            observation = state.observation
+            label = jax.vmap(lambda o, s: rudder_to(o, s, ship))(plan.offset_rad, observation)
+            action = jnp.where(steers, actor(observation, fleet), label)
+            return jax.vmap(hold)(batch, state, action), Lessons(observation, label, weight)
 
         return jax.lax.scan(decide, state, None, length=settings.decisions)
 
-    start = jax.vmap(lambda e: begin(e, ship))(batch)
+    start = jax.vmap(lambda e: reset(e, ship))(batch)
     _, lessons = jax.lax.scan(stretch, start, jax.random.split(key, settings.stretches))
     return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), lessons)
 
@@ -206,7 +208,7 @@ def imitate(
     optimiser = _optimiser(settings)
 
     def loss(actor: Actor, lesson: Lessons) -> Float[Array, ""]:
-        error = actor(lesson.seen, fleet) - lesson.rudder
+        error = actor(lesson.observation, fleet) - lesson.rudder
         return jnp.mean(lesson.weight * optax.losses.huber_loss(error, delta=settings.even_until))
 
     def update(carry: tuple[Actor, Actor, optax.OptState], key: PRNGKeyArray):

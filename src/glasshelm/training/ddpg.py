@@ -15,7 +15,7 @@ import optax
 from jaxtyping import Array, Float, Int
 
 from glasshelm.encounters.random_encounters import PAPER, RandomEncounters
-from glasshelm.env.step import WorldSettings
+from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import Actor, AttentionActor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.networks.ship_batch import Packed
@@ -56,7 +56,7 @@ class DdpgSettings:
     #: what is dangerous to her shows only if she may lapse.
     follows: Follows = "pilot"
     encounters: RandomEncounters = PAPER
-    world: WorldSettings = dataclasses.field(default_factory=WorldSettings)
+    world: EnvSettings = dataclasses.field(default_factory=EnvSettings)
     noise: NoiseSettings = dataclasses.field(default_factory=NoiseSettings)
     actor_loss: ActorLossSettings = dataclasses.field(default_factory=ActorLossSettings)
     #: Encounters drawn in advance, and how many cycles they serve.
@@ -246,7 +246,7 @@ def learn(
     training: CriticTraining,
 ) -> tuple[DdpgState, Float[Array, ""], Float[Array, ""]]:
     """:func:`update` on a given batch. Worlds whose ships do not all fit the rows are left out."""
-    fleet = Packed(batch.seen.present, rows.ships, rows.pairs)
+    fleet = Packed(batch.observation.present, rows.ships, rows.pairs)
     batch = eqx.tree_at(lambda b: b.weight, batch, batch.weight * fleet.whole)
     adam = optimiser(settings)
     pilot = state.target_actor if settings.actor_update else state.actor

@@ -14,13 +14,13 @@ from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import Observation
 from glasshelm.networks.critics import Values
-from glasshelm.networks.ship_batch import Fleet
+from glasshelm.networks.ship_batch import ShipBatch
 from glasshelm.training.replay_buffer import Batch
 
 Tree = TypeVar("Tree")
 #: Anything that steers as :class:`SumActor` does, and values as :class:`SubTaskCritic` does.
-ActorOf = Callable[[Observation, Fleet], Float[Array, "*b"]]
-CriticOf = Callable[[Observation, Float[Array, "*b"], Fleet], Values]
+ActorOf = Callable[[Observation, ShipBatch], Float[Array, "*b"]]
+CriticOf = Callable[[Observation, Float[Array, "*b"], ShipBatch], Values]
 #: ``sum``: one TD error of the total (the paper); ``heads``: one a head.
 CriticTraining = Literal["sum", "heads"]
 #: Whose return a critic learns: ``pilot``, who steers as she should from the next step on (the
@@ -47,7 +47,7 @@ def td_target(
     actor: ActorOf,
     batch: Batch,
     discount: float,
-    fleet: Fleet,
+    fleet: ShipBatch,
     follows: Follows = "pilot",
 ) -> Values:
     """y_k = r_k + γ·Q'_k(s', π'(s')), head by head, with the joint target actor (Eq. 2).
@@ -68,14 +68,14 @@ def td_target(
 
 
 def critic_loss(
-    critic: CriticOf, target: Values, batch: Batch, training: CriticTraining, fleet: Fleet
+    critic: CriticOf, target: Values, batch: Batch, training: CriticTraining, fleet: ShipBatch
 ) -> Float[Array, ""]:
     """Mean squared TD error (Eq. 2): of the total, or summed over the heads."""
-    value = critic(batch.seen, batch.action, fleet)
+    value = critic(batch.observation, batch.action, fleet)
     if training == "sum":
         error = (target.total - value.total) ** 2
     else:
-        by_ship = jnp.where(batch.seen.present, target.by_ship - value.by_ship, 0.0)
+        by_ship = jnp.where(batch.observation.present, target.by_ship - value.by_ship, 0.0)
         error = (target.waypoint - value.waypoint) ** 2 + (by_ship**2).sum(-1)
     return weighted_mean(error, batch.weight)
 
@@ -85,24 +85,26 @@ def actor_loss(
     critic: CriticOf,
     batch: Batch,
     settings: ActorLossSettings,
-    fleet: Fleet,
+    fleet: ShipBatch,
     key: PRNGKeyArray,
 ) -> Float[Array, ""]:
     """Eq. 5: −E[Q(s, π(s))] + λ_reg·Σθ² + λ_s·√E[(π(s)−π(ŝ))² + (π(s)−π(s'))²] + λ_a·E|π(s)|."""
-    action = actor(batch.seen, fleet)
-    near = actor(perturb(batch.seen, settings, key), fleet)
+    action = actor(batch.observation, fleet)
+    near = actor(perturb(batch.observation, settings, key), fleet)
     after = actor(batch.following, fleet)
     unsteady = weighted_mean((action - near) ** 2 + (action - after) ** 2, batch.weight)
     weights = jax.tree.leaves(eqx.filter(actor, eqx.is_inexact_array))
     return (
-        -weighted_mean(critic(batch.seen, action, fleet).total, batch.weight)
+        -weighted_mean(critic(batch.observation, action, fleet).total, batch.weight)
         + settings.regularisation * sum(jnp.sum(w**2) for w in weights)
         + settings.smoothing * jnp.sqrt(unsteady + 1e-12)  # the root has no slope at 0
         + settings.action_size * weighted_mean(jnp.abs(action), batch.weight)
     )
 
 
-def perturb(seen: Observation, settings: ActorLossSettings, key: PRNGKeyArray) -> Observation:
+def perturb(
+    observation: Observation, settings: ActorLossSettings, key: PRNGKeyArray
+) -> Observation:
     """ŝ of Eq. 5: the normalised observation plus N(0, noise)."""
     # JAX's default generator would take longer than the matrix products of the actor.
     data = jnp.tile(jax.random.key_data(key), 2)
@@ -114,7 +116,9 @@ def perturb(seen: Observation, settings: ActorLossSettings, key: PRNGKeyArray) -
         return x + settings.noise * jax.random.normal(k, shape)
 
     return Observation(
-        noisy(seen.waypoint, waypoint_key), noisy(seen.targets, target_key), seen.present
+        noisy(observation.waypoint, waypoint_key),
+        noisy(observation.targets, target_key),
+        observation.present,
     )
 
 

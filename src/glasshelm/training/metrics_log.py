@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.output_dir import whole, writable
+from glasshelm.core.output_dir import atomic_write, writable_folder
 
 LOG = "log.jsonl"
 
@@ -20,10 +20,10 @@ class Records:
 
     def __init__(self, folder: Path, resumed_at: int | None, tensorboard: bool = True):
         self.path = folder / LOG
-        writable(folder)
+        writable_folder(folder)
         try:
             kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
-            with whole(self.path) as partial:
+            with atomic_write(self.path) as partial:
                 partial.write_text("".join(json.dumps(line) + "\n" for line in kept))
         except OSError as error:
             raise InputError(f"{folder}: cannot write there ({error.strerror})") from None

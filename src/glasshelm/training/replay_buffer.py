@@ -60,7 +60,7 @@ class Batch(eqx.Module):
     ``next_action`` is what was done there; ``weight`` is 1, or 0 for a draw that is no transition.
     """
 
-    seen: Observation
+    observation: Observation
     action: Float[Array, " b"]
     reward: Reward
     following: Observation
@@ -91,7 +91,7 @@ def replay_bytes(ticks: int, worlds: int, slots: int) -> int:
 
 
 def row_of(
-    seen: Observation,
+    observation: Observation,
     action: Float[Array, " w"],
     reward: Reward,
     age: Int[Array, " w"],
@@ -99,14 +99,14 @@ def row_of(
     terminated: Bool[Array, " w"],
 ) -> Row:
     """The row of one tick of all worlds."""
-    newest = seen.targets[..., 0, :]
+    newest = observation.targets[..., 0, :]
     return Row(
         jnp.concatenate(
-            [seen.waypoint[..., 0, :], newest.reshape(*newest.shape[:-2], -1)], axis=-1
+            [observation.waypoint[..., 0, :], newest.reshape(*newest.shape[:-2], -1)], axis=-1
         ),
         action,
         jnp.concatenate([reward.waypoint[..., None], reward.by_ship], axis=-1),
-        jnp.packbits(seen.present, axis=-1),
+        jnp.packbits(observation.present, axis=-1),
         age.astype(jnp.int16),
         transition,
         terminated,

@@ -13,7 +13,7 @@ from typing import Any
 import jax
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.output_dir import claimed
+from glasshelm.core.output_dir import locked_folder
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import ship_named
@@ -211,7 +211,7 @@ def train(
     none and it is true, or was begun with another configuration, or another
     process is at work in it.
     """
-    with claimed(folder):
+    with locked_folder(folder):
         return _train(config, folder, loop, resume, display)
 
 

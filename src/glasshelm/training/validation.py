@@ -16,7 +16,7 @@ from glasshelm.encounters.random_encounters import PAPER, RandomEncounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.rewards import SUB_TASKS
-from glasshelm.env.step import WorldState, begin, step
+from glasshelm.env.step import EnvState, reset, step
 from glasshelm.networks.ship_batch import Padded
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.course_reversals import WEAVING, Reversals
@@ -102,8 +102,8 @@ class _Forgetful(eqx.Module):
 
     actor: Steers
 
-    def __call__(self, seen: Observation, memory: Any) -> tuple[Float[Array, " w"], Any]:
-        return self.actor(seen), memory
+    def __call__(self, observation: Observation, memory: Any) -> tuple[Float[Array, " w"], Any]:
+        return self.actor(observation), memory
 
 
 def sail_set(
@@ -124,7 +124,7 @@ def sail_remembering(
 ) -> Voyages:
     """:func:`sail_set` for what carries a memory from one decision to the next."""
 
-    def go(carry: tuple[WorldState, Any, Reversals, Voyages], number: Int[Array, ""]):
+    def go(carry: tuple[EnvState, Any, Reversals, Voyages], number: Int[Array, ""]):
         state, memory, turns, so_far = carry
         action, memory = helm(state.observation, memory)
         out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
@@ -158,7 +158,7 @@ def sail_remembering(
         jnp.zeros(size, jnp.int32),
         encounters.present.sum(-1),
     )
-    states = jax.vmap(lambda e: begin(e, ship))(encounters)
+    states = jax.vmap(lambda e: reset(e, ship))(encounters)
     carry = (states, memory, Reversals.none(size), start)
     (*_, voyages), _ = jax.lax.scan(go, carry, jnp.arange(long))
     return voyages
@@ -228,7 +228,7 @@ def agreement(
     ``long`` is missing from the returns.
     """
 
-    def go(carry: tuple[WorldState, Noise], number: Int[Array, ""]):
+    def go(carry: tuple[EnvState, Noise], number: Int[Array, ""]):
         state, noise = carry
         action = actor(state.observation)
         if lapses is not None:
@@ -244,7 +244,7 @@ def agreement(
         value = reward + discount * after
         return value, value
 
-    states = jax.vmap(lambda e: begin(e, ship))(encounters)
+    states = jax.vmap(lambda e: reset(e, ship))(encounters)
     start = (states, quiet(encounters.present.shape[0]))
     _, (values, rewards) = jax.lax.scan(go, start, jnp.arange(long))
     _, returns = jax.lax.scan(back, jnp.zeros_like(rewards[0]), rewards, reverse=True)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.rewards import Reward
-from glasshelm.env.step import WorldSettings, WorldState, begin, step
+from glasshelm.env.step import EnvSettings, EnvState, reset, step
 from glasshelm.networks.actors import Actor
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.exploration import Noise, NoiseSettings, explore, quiet
@@ -24,14 +24,14 @@ class Pool(eqx.Module):
     """Encounters drawn in advance, with their first states: a reset is a look-up."""
 
     encounters: Encounter
-    starts: WorldState
+    starts: EnvState
 
 
 class Worlds(eqx.Module):
     """All worlds at one instant. ``ended``: the episode is over, its last frame not yet written."""
 
     encounter: Encounter
-    state: WorldState
+    state: EnvState
     noise: Noise
     ended: Bool[Array, " w"]
 
@@ -52,8 +52,8 @@ def draw_encounters(
 
 
 @jax.jit
-def _starts(encounters: Encounter, ship: ShipParams) -> WorldState:
-    return jax.vmap(lambda e: begin(e, ship))(encounters)
+def _starts(encounters: Encounter, ship: ShipParams) -> EnvState:
+    return jax.vmap(lambda e: reset(e, ship))(encounters)
 
 
 def first_worlds(pool: Pool, worlds: int) -> Worlds:
@@ -79,7 +79,7 @@ def tick(
     cut: Bool[Array, " w"],
     key: PRNGKeyArray,
     ship: ShipParams,
-    settings: WorldSettings,
+    settings: EnvSettings,
     noise_settings: NoiseSettings,
 ) -> tuple[Worlds, Row]:
     """One step of every world, and the row that it leaves in the replay.
@@ -89,13 +89,13 @@ def tick(
     row that is no transition, and then begins another encounter of the pool.
     """
     noise_key, reset_key = jax.random.split(key)
-    seen = worlds.state.observation
-    action, noise = explore(worlds.noise, actor(seen), progress, noise_settings, noise_key)
+    observation = worlds.state.observation
+    action, noise = explore(worlds.noise, actor(observation), progress, noise_settings, noise_key)
     out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship, settings))(
         worlds.encounter, worlds.state, action
     )
     row = row_of(
-        seen,
+        observation,
         action,
         Reward(out.reward.waypoint, out.reward.by_ship),
         worlds.state.step,

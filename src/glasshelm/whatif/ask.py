@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from glasshelm.core.errors import InputError
-from glasshelm.env.step import WorldSettings
+from glasshelm.env.step import EnvSettings
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.whatif.branch import branch_at
@@ -41,7 +41,7 @@ def what_if(
     changes: Sequence[Change],
     minutes: float = MINUTES,
     explained: bool = False,
-    settings: WorldSettings = WorldSettings(),
+    settings: EnvSettings = EnvSettings(),
 ) -> Answer:
     """Branch a log at a frame and sail both futures. InputError for what cannot be asked."""
     if not changes:

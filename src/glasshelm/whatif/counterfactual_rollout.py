@@ -10,11 +10,11 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from glasshelm.env.rewards import Reward
-from glasshelm.env.step import WorldSettings, step
+from glasshelm.env.step import EnvSettings, step
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.simulation.explained_step import Moment, Order, moment_of
+from glasshelm.simulation.explained_step import ExplainedStep, RudderOverride, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
 from glasshelm.simulation.voyage import LOST_SHOWN_S
 from glasshelm.whatif.branch import Branch, Premise
@@ -34,7 +34,7 @@ class Future:
 
     branch: Branch
     condition: str
-    moments: Moment
+    moments: ExplainedStep
     reward: Reward
 
     def __len__(self) -> int:
@@ -100,7 +100,7 @@ def future(
 
 
 class _Told(eqx.Module):
-    moment: Moment
+    moment: ExplainedStep
     reward: Reward
     ended: Bool[Array, " *t"]
 
@@ -110,7 +110,7 @@ def _sailed(
     pilot: Pilot,
     premise: Premise,
     ship: ShipParams,
-    settings: WorldSettings,
+    settings: EnvSettings,
     lost_shown_s: float,
     steps: int,
     explained: bool,
@@ -120,12 +120,14 @@ def _sailed(
 
     def tick(carry: tuple, _: None) -> tuple[tuple, _Told]:
         state, held, memory = carry
-        order = Order(premise.rudder_rad / ship.rudder_limit_rad, state.step < premise.ordered)
-        moment, held, memory = moment_of(
+        order = RudderOverride(
+            premise.rudder_rad / ship.rudder_limit_rad, state.step < premise.ordered
+        )
+        moment, held, memory = explain_step(
             pilot, encounter, state, held, memory, ship, settings, lost_shown_s, order, explained
         )
         outcome = step(encounter, state, moment.action * ship.rudder_limit_rad, ship, settings)
-        known = unseen(outcome.state.observation, premise.seen)
+        known = unseen(outcome.state.observation, premise.observation)
         after = eqx.tree_at(lambda s: s.observation, outcome.state, known)
         return (after, held, memory), _Told(moment, outcome.reward, outcome.terminated)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from glasshelm.frames.episodes import TURN_RAD
 from glasshelm.frames.phrases import capital, course, degrees, lasting, miles, side
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
-from glasshelm.whatif.changes import Blind, Change, Deleted, KeptCourse, Rudder
+from glasshelm.whatif.changes import Change, Deleted, Hidden, KeptCourse, Rudder
 from glasshelm.whatif.outcome import Account, Alteration, Differences, Met
 
 #: Tracks that are never farther apart are the same.
@@ -85,7 +85,7 @@ def _contrast(changes: Sequence[Change], fact: Account, other: Account) -> str:
     """What is the case. A ship without whom there is no such turn is named as its cause."""
     one, two = fact.alteration, other.alteration
     another = one is not None and (two is None or two.turn_rad * one.turn_rad < 0)
-    if another and len(changes) == 1 and isinstance(changes[0], Deleted | Blind):
+    if another and len(changes) == 1 and isinstance(changes[0], Deleted | Hidden):
         return f"she is why it {_does(fact)}"
     return f"as things are, it {_does(fact)}"
 

@@ -20,7 +20,7 @@ from glasshelm.bridge.server import protocol as m
 from glasshelm.bridge.server.fault_log import one_line
 from glasshelm.certify.logged_measurements import CELLS, band_of
 from glasshelm.certify.rudder_band import ALONE, certifiable
-from glasshelm.certify.sensor_error_bounds import Errors
+from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
@@ -47,7 +47,7 @@ class Bands:
 
     def __init__(
         self,
-        errors: Errors | None,
+        errors: SensorErrorBounds | None,
         named: Callable[[str], Pilot],
         tell: Callable[[list[tuple[str, bytes]]], None],
     ):
@@ -118,7 +118,7 @@ def _batches(cells: int) -> int:
 
 
 def told(
-    frames: Sequence[Frame], named: Callable[[str], Pilot], errors: Errors, cells: int
+    frames: Sequence[Frame], named: Callable[[str], Pilot], errors: SensorErrorBounds, cells: int
 ) -> m.Banded:
     """The band of the last of these frames, with at most so many bounds, or why there is none.
 

@@ -9,7 +9,7 @@ from glasshelm.bridge.annotate.alarms import AlarmList
 from glasshelm.bridge.server.fault_log import Faults
 from glasshelm.bridge.server.protocol import Alarm, Meeting, Sentence
 from glasshelm.bridge.sessions.session import Predicted
-from glasshelm.colregs.encounter_tracker import Rules
+from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.frames.schema import Frame
 from glasshelm.report.current_sentence import FRAMES, now
 
@@ -35,12 +35,12 @@ class Lookout:
         self.alarms, self.faults = alarms, faults or Faults()
         self._listed: list[Alarm] = []
         self._recent: deque[Frame] = deque(maxlen=FRAMES)
-        self._rules = Rules()
+        self._rules = EncounterTracker()
 
     def again(self, before: list[bytes]) -> None:
         """Begin anew, after these frames (as they stand in a log)."""
         self._recent.clear()
-        self._rules = Rules()
+        self._rules = EncounterTracker()
         decoder = msgspec.json.Decoder(Frame)
         for line in before:
             frame = decoder.decode(line)

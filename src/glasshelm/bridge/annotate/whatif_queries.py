@@ -11,7 +11,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.whatif.ask import MINUTES, what_if
-from glasshelm.whatif.changes import Blind, Change, Deleted, KeptCourse, Rudder
+from glasshelm.whatif.changes import Change, Deleted, Hidden, KeptCourse, Rudder
 from glasshelm.whatif.counterfactual_rollout import Future
 from glasshelm.whatif.logged_world import pilot_of
 
@@ -74,7 +74,7 @@ def _change(asked: m.WhatIf) -> Change:
         return KeptCourse(asked.ship)
     if asked.ship is None:
         raise InputError("which ship? name her by her id")
-    return (Deleted if asked.change == "deleted" else Blind)(asked.ship)
+    return (Deleted if asked.change == "deleted" else Hidden)(asked.ship)
 
 
 def _points(future: Future) -> list[list[float]]:

@@ -29,7 +29,7 @@ HEADERS = {
 }
 
 
-class Guard:
+class AccessControl:
     """Lets pass what comes from this machine's own page, or knows a token.
 
     Who knows ``token`` is an owner, who knows ``viewer_token`` may only look on; without tokens

@@ -17,9 +17,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from glasshelm import __version__
-from glasshelm.bridge.server.access_control import COOKIE, HEADERS, Guard
-from glasshelm.bridge.server.session_hub import MOST_VIEWERS, Conductor
-from glasshelm.bridge.server.viewer_queue import Outbox
+from glasshelm.bridge.server.access_control import COOKIE, HEADERS, AccessControl
+from glasshelm.bridge.server.session_hub import MOST_VIEWERS, SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions.session import Session
 
 STATIC = Path(__file__).parent.parent / "static"
@@ -31,8 +31,8 @@ _UNBUILT = (
 
 
 def application(
-    conductor: Conductor,
-    guard: Guard,
+    conductor: SessionHub,
+    guard: AccessControl,
     first: Callable[[], Session] | None = None,
     static: Path = STATIC,
     most_viewers: int = MOST_VIEWERS,
@@ -42,7 +42,7 @@ def application(
     ``first`` opens the session that is shown at the beginning; ``state.opening`` is the task
     that does, and tells whether it failed. A tenth of ``most_viewers`` is kept for owners.
     """
-    seated: list[Outbox] = []
+    seated: list[ViewerQueue] = []
 
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
@@ -97,7 +97,7 @@ def application(
         if len(seated) >= most:
             await websocket.close(1013, "too many viewers")
             return
-        viewer = Outbox(role)
+        viewer = ViewerQueue(role)
         seated.append(viewer)
         try:
             await websocket.accept()
@@ -118,7 +118,7 @@ def application(
     )
 
 
-async def _look_on(websocket: WebSocket, conductor: Conductor, viewer: Outbox) -> None:
+async def _look_on(websocket: WebSocket, conductor: SessionHub, viewer: ViewerQueue) -> None:
     """Serve one viewer until either side closes."""
 
     async def send() -> None:
@@ -148,7 +148,7 @@ async def _look_on(websocket: WebSocket, conductor: Conductor, viewer: Outbox) -
 class _Guarded:
     """Asks the guard first, and adds the headers of security to every answer."""
 
-    def __init__(self, app: ASGIApp, guard: Guard):
+    def __init__(self, app: ASGIApp, guard: AccessControl):
         self._app, self._guard = app, guard
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -14,7 +14,7 @@ MOST_PREPARED = 4
 MOST_ASKED = 2
 
 
-class Turns:
+class RequestQueue:
     """``take`` a request: it is done when those before it are. ``ask`` a question beside them.
 
     ``requests`` and ``questions`` hold what is not done yet, of all viewers.

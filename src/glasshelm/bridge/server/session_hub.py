@@ -23,14 +23,14 @@ from glasshelm.bridge.server import protocol as m
 from glasshelm.bridge.server.background_jobs import Preparing
 from glasshelm.bridge.server.fault_log import Faults, bounded, supervised
 from glasshelm.bridge.server.presenter import Stage, Told
-from glasshelm.bridge.server.request_queue import Turns
-from glasshelm.bridge.server.viewer_queue import Outbox
+from glasshelm.bridge.server.request_queue import RequestQueue
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions.session import Session
 from glasshelm.bridge.sessions.session_factory import opened
-from glasshelm.bridge.sessions.source_list import Catalogue
-from glasshelm.certify.sensor_error_bounds import Errors
+from glasshelm.bridge.sessions.source_list import SourceList
+from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
-from glasshelm.live.signalk_writer import WriteBack
+from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.live.traffic_picture import OWN_STALE_S
 from glasshelm.pilots.protocols import Pilot
 
@@ -50,7 +50,7 @@ _AGAIN, _PAUSED = "it looks again in a moment", "it is paused; play tries it aga
 _log = logging.getLogger("glasshelm.bridge")
 
 
-class Conductor:
+class SessionHub:
     """Plays a session to its viewers. Nothing that fails ends it: ``troubles`` tells what does.
 
     ``asked`` counts all messages of viewers, ``refused`` those of them that were
@@ -62,14 +62,14 @@ class Conductor:
 
     def __init__(
         self,
-        catalogue: Catalogue,
+        catalogue: SourceList,
         logs: Path,
-        writer: WriteBack | None = None,
-        errors: Errors | None = None,
+        writer: SignalKWriter | None = None,
+        errors: SensorErrorBounds | None = None,
     ):
         self.catalogue, self.logs = catalogue, logs
         self.writer = writer
-        self.viewers: set[Outbox] = set()
+        self.viewers: set[ViewerQueue] = set()
         self.asked = self.refused = self.failed = 0
         self.dropped = 0
         self._stage: Stage | None = None
@@ -85,7 +85,7 @@ class Conductor:
         self._questions: set[asyncio.Task[None]] = set()
         self._requests: set[asyncio.Task[None]] = set()
         self._changes: set[asyncio.Task[None]] = set()
-        self._turns: dict[Outbox, Turns] = {}
+        self._turns: dict[ViewerQueue, RequestQueue] = {}
         #: What fails of the look, of writing back, and of the tasks that run for ever.
         self.faults = Faults()
         self.preparing = Preparing(self._tell)
@@ -103,9 +103,9 @@ class Conductor:
         there = [] if stage is None else [*self._trouble_of_writing(stage), *stage.troubles]
         return list(dict.fromkeys((*self.faults.told, *there)))
 
-    async def join(self, viewer: Outbox) -> None:
+    async def join(self, viewer: ViewerQueue) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
-        self._turns[viewer] = Turns(self._requests, self._questions)
+        self._turns[viewer] = RequestQueue(self._requests, self._questions)
         await self._look_up()  # reads the folder of logs: nobody waits for that
         async with self._lock:
             hello, there = self._hello(), []
@@ -119,7 +119,7 @@ class Conductor:
                 viewer.put(kind, message)
             self.viewers.add(viewer)
 
-    def leave(self, viewer: Outbox) -> None:
+    def leave(self, viewer: ViewerQueue) -> None:
         """A viewer is gone: nothing more is begun for her."""
         self.viewers.discard(viewer)
         turns = self._turns.pop(viewer, None)
@@ -127,7 +127,7 @@ class Conductor:
             turns.end()
         self.dropped += viewer.dropped
 
-    async def heard(self, viewer: Outbox, text: str | bytes) -> None:
+    async def heard(self, viewer: ViewerQueue, text: str | bytes) -> None:
         """A viewer's message; what is wrong with it is told to her alone.
 
         Returns before it is done where it may take long.
@@ -141,7 +141,7 @@ class Conductor:
             return
         await self._try(self._take_up(asked, viewer), viewer, "request")
 
-    async def _take_up(self, asked: m.Asked, viewer: Outbox) -> None:
+    async def _take_up(self, asked: m.Asked, viewer: ViewerQueue) -> None:
         if viewer.role == "viewer" and not isinstance(asked, m.FOR_VIEWERS):
             kind = asked.__struct_config__.tag
             raise InputError(f"you are here to look on: {kind!r} is for the owner of this bridge")
@@ -154,7 +154,7 @@ class Conductor:
                 prepared=isinstance(asked, _PREPARED),
             )
 
-    async def _try(self, work: Awaitable[None], viewer: Outbox, what: str) -> None:
+    async def _try(self, work: Awaitable[None], viewer: ViewerQueue, what: str) -> None:
         """Do what a viewer asked for; why it cannot be done is told to her alone."""
         try:
             await work
@@ -166,7 +166,7 @@ class Conductor:
             _log.exception("a %s failed", what)
             viewer.put(*_failure(f"the server failed at this {what}"))
 
-    async def do(self, asked: m.Asked, viewer: Outbox | None = None) -> None:
+    async def do(self, asked: m.Asked, viewer: ViewerQueue | None = None) -> None:
         """Do what is asked. InputError if it cannot be done."""
         match asked:
             case m.Ping():
@@ -305,16 +305,16 @@ class Conductor:
         task.add_done_callback(self._changes.discard)
         await asyncio.shield(task)
 
-    def _ask(self, asked: m.WhatIf, viewer: Outbox) -> None:
+    def _ask(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
         """Take up a question; the voyage goes on, and the viewer goes on asking, meanwhile."""
         if len(self._questions) >= MOST_QUESTIONS - FOR_OWNERS * (viewer.role == "viewer"):
             raise InputError("too many questions at once: wait for the answers")
         self._turns[viewer].ask(lambda: self._reply(asked, viewer))
 
-    async def _reply(self, asked: m.WhatIf, viewer: Outbox) -> None:
+    async def _reply(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
         await self._try(self._answer(asked, viewer), viewer, "question")
 
-    async def _answer(self, asked: m.WhatIf, viewer: Outbox) -> None:
+    async def _answer(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
         async with self._lock:
             stage = self._there()
             question = await self._work(

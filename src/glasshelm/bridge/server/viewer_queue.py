@@ -17,7 +17,7 @@ _NEWEST = ("hello", "preparing", "session", "alarms", "band")
 _OTHERS = ("failure", "notice", "whatif", "pong")
 
 
-class Outbox:
+class ViewerQueue:
     """Messages in order, each of a kind, for somebody of a ``role``; ``dropped`` counts the frames
     left out.
 

@@ -15,7 +15,7 @@ import msgspec
 from glasshelm.bridge.server.fault_log import one_line
 from glasshelm.bridge.sessions.session_log import FrameLines
 from glasshelm.core.errors import InputError
-from glasshelm.frames.frame_log import Logbook
+from glasshelm.frames.frame_log import FrameLog
 from glasshelm.frames.schema import Frame
 
 #: Frames kept in memory at most: an hour.
@@ -38,7 +38,7 @@ class LiveRecord(FrameLines):
         self.trouble: str | None = None
         self.lost = 0
         self._new_path = new_path
-        self._log: Logbook | None = None
+        self._log: FrameLog | None = None
         self._encoder = msgspec.json.Encoder()
         self._held: deque[bytes] = deque()
         #: So many of the newest are not in the log.
@@ -85,7 +85,7 @@ class LiveRecord(FrameLines):
                 self._close_log()
                 self._owed = len(self._held)
             if self._log is None:
-                self._log = Logbook(self._new_path())
+                self._log = FrameLog(self._new_path())
             while self._owed:
                 self._log.add(self._held[-self._owed])
                 self._owed -= 1

@@ -12,17 +12,17 @@ from glasshelm.ais.reports import Feed, Report
 from glasshelm.bridge.server.fault_log import Faults, one_line
 from glasshelm.bridge.sessions.live_record import LiveRecord
 from glasshelm.bridge.sessions.log_index import new_log
-from glasshelm.bridge.sessions.session import Card, Predicted, Session, track_of
+from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo, track_of
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Scenario
 from glasshelm.feeds.nmea_transport import FileFeed
-from glasshelm.feeds.report_queue import Waiting
+from glasshelm.feeds.report_queue import ReportQueue
 from glasshelm.frames.schema import Frame
-from glasshelm.live.traffic_picture import Picture
+from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import ShipParams, ship_named
-from glasshelm.simulation.live_advisor import Watch
+from glasshelm.simulation.live_advisor import LiveAdvisor
 
 #: Seconds between two looks while there is nothing to see yet.
 FIRST_LOOK_S = 1.0
@@ -32,21 +32,21 @@ class _Helm:
     """One pilot on watch, and the log of what it decides."""
 
     def __init__(self, pilot: Pilot, record: LiveRecord):
-        self.watch, self.record = Watch(pilot), record
+        self.watch, self.record = LiveAdvisor(pilot), record
         self.line: bytes | None = None
 
     def look(self, scenario: Scenario, time_s: float) -> Frame:
         try:
             return self.watch.look(scenario, time_s)
         except Exception:
-            self.watch = Watch(self.watch.pilot)  # what it remembers may be half of a look
+            self.watch = LiveAdvisor(self.watch.pilot)  # what it remembers may be half of a look
             raise
 
     def keep(self, frame: Frame) -> None:
         self.line = self.record.append(frame)
 
 
-class Live(Session):
+class LiveSession(Session):
     """Makes a frame of the picture whenever it is asked for one.
 
     ``listen`` runs in the event loop and only puts reports aside; all else runs
@@ -56,19 +56,19 @@ class Live(Session):
     """
 
     def __init__(
-        self, source: str, feed: Feed, picture: Picture, pilot: Pilot, ship: str, logs: Path
+        self, source: str, feed: Feed, picture: TrafficPicture, pilot: Pilot, ship: str, logs: Path
     ):
         self._feed, self._picture, self._logs = feed, picture, logs
         self._params = ship_named(ship)
-        self._waiting = Waiting()
+        self._waiting = ReportQueue()
         #: Why the feed has ended for good, if it has.
         self._over: str | None = None
         self.at = -1
-        self.card = Card(source, feed.title, "live", ship, None)
+        self.card = SessionInfo(source, feed.title, "live", ship, None)
         self._helm = self._helm_of(pilot)
         self._other: _Helm | None = None
         #: Sees what there is when the pilot cannot.
-        self._unadvised = Watch(StraightPilot())
+        self._unadvised = LiveAdvisor(StraightPilot())
         self._faults = Faults()
         self._begun: Scenario | None = None
 
@@ -141,7 +141,7 @@ class Live(Session):
         return [helm.record for helm in (self._helm, self._other) if helm is not None]
 
     def ready(self, pilot: Pilot, ahead: bool = True) -> None:
-        watch = Watch(pilot)
+        watch = LiveAdvisor(pilot)
         watch.look(_alone(self._params), 0.0)
         if ahead:
             watch.predicted()
@@ -178,7 +178,7 @@ class Live(Session):
 
     def hand_over(self, pilot: Pilot) -> None:
         """From the next look on; the log goes on."""
-        self._helm.watch = Watch(pilot)
+        self._helm.watch = LiveAdvisor(pilot)
         self._faults.heals("the pilot")
 
     def compare(self, pilot: Pilot | None) -> None:
@@ -244,7 +244,7 @@ class Live(Session):
 
 def _alone(ship: ShipParams) -> Scenario:
     """Own ship with nobody in sight, somewhere: of the same shapes as every picture."""
-    picture, now = Picture("nobody"), datetime.now(UTC)
+    picture, now = TrafficPicture("nobody"), datetime.now(UTC)
     picture.take(
         Report(
             id="own",

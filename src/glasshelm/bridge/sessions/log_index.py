@@ -72,7 +72,7 @@ class _Counted:
         return self.read - begun
 
 
-class Shelf:
+class LogIndex:
     """Lists the logs of a folder. Of each only what was added is read, and no more than COUNTED
     bytes in all at a time: what is longer is counted on the next time.
     """

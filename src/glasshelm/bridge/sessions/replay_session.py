@@ -1,7 +1,7 @@
 """A session that shows a log again."""
 
-from glasshelm.bridge.sessions.session import Card, Predicted, Session
-from glasshelm.bridge.sessions.session_log import Record
+from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo
+from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
@@ -10,19 +10,21 @@ _STEP_S = 5.0
 _LONGEST_STEP_S = 30.0
 
 
-class Again(Session):
+class ReplaySession(Session):
     """The frames of a log, as they were: nothing is decided again."""
 
-    def __init__(self, record: Record):
+    def __init__(self, record: SessionLog):
         first = record.frame(0)
         self._record, self.at = record, -1
         self._pilot = first.pilot
         title = f"Log {record.path.name}: {first.source}"
         ship = f"{first.ship.loa_m:.0f} m"
-        self.card = Card(first.source, title, "replay", ship, record.times[-1], _notes(first))
+        self.card = SessionInfo(
+            first.source, title, "replay", ship, record.times[-1], _notes(first)
+        )
 
     @property
-    def record(self) -> Record:
+    def record(self) -> SessionLog:
         return self._record
 
     @property

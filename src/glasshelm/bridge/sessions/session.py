@@ -16,7 +16,7 @@ from glasshelm.ship.nomoto import ShipState
 
 
 @dataclasses.dataclass(frozen=True)
-class Card:
+class SessionInfo:
     """What a session is; ``end_s`` is absent where nobody knows the end."""
 
     source: str
@@ -50,7 +50,7 @@ class Session(Protocol):
     What has a body here is so for all sessions but live traffic.
     """
 
-    card: Card
+    card: SessionInfo
     at: int
 
     @property

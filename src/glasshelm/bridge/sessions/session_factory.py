@@ -4,22 +4,22 @@ from collections.abc import Callable
 from pathlib import Path
 
 from glasshelm.bridge.server.protocol import Open, Replay
-from glasshelm.bridge.sessions.live_session import Live
+from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import log_named
-from glasshelm.bridge.sessions.replay_session import Again
+from glasshelm.bridge.sessions.replay_session import ReplaySession
 from glasshelm.bridge.sessions.session import Session
-from glasshelm.bridge.sessions.session_log import Record
-from glasshelm.bridge.sessions.simulated_session import Sailing
-from glasshelm.bridge.sessions.source_list import Catalogue, alias
+from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.simulated_session import SimulatedSession
+from glasshelm.bridge.sessions.source_list import SourceList, alias
 from glasshelm.core.errors import InputError
 from glasshelm.frames import frame_log
-from glasshelm.live.traffic_picture import Picture
-from glasshelm.pilots.pilot_resolution import SHIP, ship_for
+from glasshelm.live.traffic_picture import TrafficPicture
+from glasshelm.pilots.pilot_resolution import DEFAULT_SHIP, ship_for
 
 
 def opened(
     asked: Open | Replay,
-    catalogue: Catalogue,
+    catalogue: SourceList,
     logs: Path,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Session:
@@ -34,7 +34,7 @@ def opened(
 
 
 def prepared(
-    catalogue: Catalogue,
+    catalogue: SourceList,
     logs: Path,
     source: str,
     pilot: str | None,
@@ -43,7 +43,7 @@ def prepared(
     at: str | None,
 ) -> Callable[[], Session]:
     """A session of which everything has been read and checked, but nothing sailed yet."""
-    helm = catalogue.pilot_for(ship or SHIP, pilot)
+    helm = catalogue.pilot_for(ship or DEFAULT_SHIP, pilot)
     preset = ship_for(helm, ship)
     if catalogue.is_live(source) and catalogue.feed is not None:
         if at is not None:
@@ -51,13 +51,13 @@ def prepared(
         feed, name = catalogue.live(own), alias(catalogue.feed)
 
         def begin() -> Session:
-            live = Live(name, feed, Picture(name), helm, preset, logs)
+            live = LiveSession(name, feed, TrafficPicture(name), helm, preset, logs)
             live.ready(helm)
             return live
 
         return begin
     scenario = catalogue.scenario(source, preset, own, at)
-    return lambda: Sailing(scenario, helm, preset, scenario.own_track is not None, logs)
+    return lambda: SimulatedSession(scenario, helm, preset, scenario.own_track is not None, logs)
 
 
 def check_log(path: Path) -> None:
@@ -68,4 +68,4 @@ def check_log(path: Path) -> None:
 
 def replayed(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
     """A log shown again; ``progress`` is told which share of it has been read."""
-    return Again(Record(path, fresh=False, progress=progress))
+    return ReplaySession(SessionLog(path, fresh=False, progress=progress))

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.core.errors import NOT_JSON, InputError, told_as
-from glasshelm.core.output_dir import whole
+from glasshelm.core.errors import NOT_JSON, InputError, hide_paths
+from glasshelm.core.output_dir import atomic_write
 from glasshelm.frames import frame_log
-from glasshelm.frames.frame_log import Logbook
+from glasshelm.frames.frame_log import FrameLog
 from glasshelm.frames.schema import Frame
 
 #: A page is sent at most so many frames of what was ...
@@ -86,7 +86,7 @@ class FrameLines(ABC):
         self._ends.append(self._ends[-1] + size)
 
 
-class Record(FrameLines):
+class SessionLog(FrameLines):
     """Frames that are appended to a log, or read from it, by number.
 
     With ``fresh`` a new log is begun (the file must not be there yet);
@@ -99,12 +99,12 @@ class Record(FrameLines):
     ):
         super().__init__()
         self._path = path
-        self._log: Logbook | None = None
+        self._log: FrameLog | None = None
         #: The frame added or read last: it is not read again.
         self._latest: tuple[int, bytes] = -1, b""
         if fresh:
-            with told_as(path.name, path):
-                self._log = Logbook(path, fresh=True)
+            with hide_paths(path.name, path):
+                self._log = FrameLog(path, fresh=True)
         try:
             self._file = open(path, "rb", buffering=0)  # noqa: SIM115
         except OSError as error:
@@ -121,7 +121,7 @@ class Record(FrameLines):
     def append(self, frame: Frame) -> bytes:
         """Write one more frame; its line without the end. InputError if it cannot be written."""
         assert self._log is not None, "a log that is being read is not written"
-        with told_as(self.path.name, self.path):
+        with hide_paths(self.path.name, self.path):
             if self._log.gone:
                 self._log = self._restored()
             line = self._log.write(frame)
@@ -155,14 +155,14 @@ class Record(FrameLines):
         with contextlib.suppress(OSError):
             self._file.close()
 
-    def _restored(self) -> Logbook:
+    def _restored(self) -> FrameLog:
         """The log as it was, in place of one that was removed: its file can still be read."""
         try:
-            with whole(self.path) as path, open(path, "wb") as file:
+            with atomic_write(self.path) as path, open(path, "wb") as file:
                 self._file.seek(0)
                 shutil.copyfileobj(self._file, file)
                 file.truncate(self._ends[-1])
-            again = Logbook(self.path)
+            again = FrameLog(self.path)
             reading = open(self.path, "rb", buffering=0)  # noqa: SIM115
         except OSError as error:
             problem = f"cannot write the log ({error.strerror})"

@@ -3,23 +3,23 @@
 from pathlib import Path
 
 from glasshelm.bridge.sessions.log_index import new_log
-from glasshelm.bridge.sessions.session import Card, Predicted, Session, track_of
-from glasshelm.bridge.sessions.session_log import Record
+from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo, track_of
+from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.encounters.types import Scenario
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.simulation.prediction import predicted
-from glasshelm.simulation.voyage import Place, Voyage, steps_of
+from glasshelm.simulation.voyage import Voyage, VoyageCheckpoint, steps_of
 
 
-class Run:
+class LoggedVoyage:
     """A voyage and its log, sailed as far as somebody has looked."""
 
     def __init__(self, voyage: Voyage, logs: Path):
         self.voyage = voyage
-        self.record = Record(_log(logs, voyage), fresh=True)
+        self.record = SessionLog(_log(logs, voyage), fresh=True)
         #: Where the voyage stood before each frame of the record.
-        self.places: list[Place] = []
+        self.places: list[VoyageCheckpoint] = []
         self._logs = logs
 
     def reach(self, number: int) -> bool:
@@ -37,7 +37,7 @@ class Run:
             self.places.append(place)
         return True
 
-    def branch(self, number: int, pilot: Pilot) -> "Run":
+    def branch(self, number: int, pilot: Pilot) -> "LoggedVoyage":
         """The same voyage with another pilot from a frame on, that one sailed, in its own log.
 
         This one is closed; where the new log cannot be written it stays as it was.
@@ -46,7 +46,7 @@ class Run:
         self.voyage.place = self.places[number]
         self.voyage.hand_over(pilot)
         try:
-            other = Run(self.voyage, self._logs)
+            other = LoggedVoyage(self.voyage, self._logs)
             try:
                 other.places = self.places[:number]
                 for k in range(number):
@@ -66,23 +66,23 @@ def _log(logs: Path, voyage: Voyage) -> Path:
     return new_log(logs, voyage.scenario.source, voyage.place.pilot.name)
 
 
-def _predicted(voyage: Voyage, place: Place) -> Predicted:
+def _predicted(voyage: Voyage, place: VoyageCheckpoint) -> Predicted:
     """Own ship's track from a place of the voyage on."""
     state, memory = place.carry.state, place.carry.memory
     own = predicted(place.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
     return track_of(own, voyage.settings.step_s)
 
 
-class Sailing(Session):
+class SimulatedSession(Session):
     """Sails as far as is looked; going back and forth reads the log."""
 
     def __init__(self, scenario: Scenario, pilot: Pilot, ship: str, advise: bool, logs: Path):
         self._scenario, self._advise, self._logs = scenario, advise, logs
         self._steps = steps_of(scenario)
-        self._run = Run(Voyage(scenario, pilot, self._steps, advise), logs)
-        self._other: Run | None = None
+        self._run = LoggedVoyage(Voyage(scenario, pilot, self._steps, advise), logs)
+        self._other: LoggedVoyage | None = None
         self.at = -1
-        self.card = Card(
+        self.card = SessionInfo(
             scenario.source,
             scenario.title,
             "recorded" if advise else "simulated",
@@ -92,7 +92,7 @@ class Sailing(Session):
         )
 
     @property
-    def record(self) -> Record:
+    def record(self) -> SessionLog:
         return self._run.record
 
     @property
@@ -143,7 +143,7 @@ class Sailing(Session):
         other = None
         if pilot is not None:
             voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
-            other = Run(voyage, self._logs)
+            other = LoggedVoyage(voyage, self._logs)
             try:
                 other.reach(self.at)
             except BaseException:
@@ -175,7 +175,7 @@ class Sailing(Session):
             self._other.record.close()
 
     @property
-    def _place(self) -> Place:
+    def _place(self) -> VoyageCheckpoint:
         """Where the voyage stood before the frame shown."""
         return self._run.places[self.at] if self.at >= 0 else self._run.voyage.place
 

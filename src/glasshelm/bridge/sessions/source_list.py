@@ -11,8 +11,8 @@ from pathlib import Path
 from glasshelm.ais.reports import Feed
 from glasshelm.bridge.server import protocol
 from glasshelm.bridge.server.protocol import PilotCard, Source
-from glasshelm.bridge.sessions.log_index import Shelf
-from glasshelm.core.errors import InputError, told_as
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.core.errors import InputError, hide_paths
 from glasshelm.encounters.imazu import imazu_cases
 from glasshelm.encounters.random_encounters import FAMILIES
 from glasshelm.encounters.scenario_factory import BUNDLED, cut, generated, scenario_from
@@ -50,7 +50,7 @@ TITLES = {
 }
 
 
-class Catalogue:
+class SourceList:
     """Scenarios, pilots and logs by the names that the page may use.
 
     ``source`` and ``pilot`` are what the command line named, if not bundled; ``token`` is of
@@ -60,7 +60,7 @@ class Catalogue:
 
     def __init__(
         self,
-        shelf: Shelf,
+        shelf: LogIndex,
         source: str | None = None,
         pilot: str | None = None,
         token: str | None = None,
@@ -103,7 +103,7 @@ class Catalogue:
         if self.feed is None:
             raise InputError("no live traffic was named on the command line")
         named = self.feed.removeprefix(LIVE)
-        with told_as(alias(self.feed), named, Path(named)):
+        with hide_paths(alias(self.feed), named, Path(named)):
             return feed_from(named, own, self._token)
 
     def pilot(self, name: str) -> Pilot:
@@ -143,7 +143,7 @@ class Catalogue:
         return found
 
     def _from_file(self, path: str, ship: ShipParams, own: str | None, at: str | None) -> Scenario:
-        with told_as(alias(path), path, Path(path)):
+        with hide_paths(alias(path), path, Path(path)):
             scenario = scenario_from(path, ship, own, at, self._cut)
         return dataclasses.replace(scenario, source=alias(path))
 
