@@ -31,7 +31,7 @@ from glasshelm.encounters.dnv_schema import (
 )
 from glasshelm.encounters.imazu import PAPER_WAYPOINT_M
 from glasshelm.encounters.projection import LocalProjection
-from glasshelm.encounters.tracks import TrackColumns, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, stack_tracks
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, motion_at
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams, ShipState
 
@@ -85,7 +85,7 @@ def read_situation(path: str | Path, ship: ShipParams) -> Scenario:
         encounter=Encounter(
             ShipState.steady(0.0, 0.0, heading, ship.speed_m_s),
             Vector(jnp.asarray(east, jnp.float32), jnp.asarray(north, jnp.float32)),
-            stack_rows(rows),
+            stack_tracks(rows),
             jnp.ones(len(rows), bool),
         ),
         targets=tuple(
