@@ -3,7 +3,7 @@
 import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, cut, sentence, tagged
 
-from glasshelm.ais.nmea import NmeaDecoder
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.nmea_sensors import parse_sensor_sentence
 from glasshelm.ais.nmea_sentence import nmea_checksum
 from glasshelm.ais.reports import Counts, RejectReason

@@ -7,8 +7,13 @@ import pytest
 
 from glasshelm.ais import traffic_time
 from glasshelm.ais.reports import Counts
-from glasshelm.ais.stream_clock import StreamClock
-from glasshelm.ais.traffic_time import MAX_REJECTED, MAX_SOURCES, MAX_TIMELINES, TrafficTime
+from glasshelm.ais.traffic_time import (
+    MAX_REJECTED,
+    MAX_SOURCES,
+    MAX_TIMELINES,
+    StreamClock,
+    TrafficTime,
+)
 
 T0 = 1_408_129_200.0
 HOUR = 3600.0

@@ -8,7 +8,7 @@ from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import running, until
 from websockets.asyncio.server import serve
 
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.feeds.feed_factory import signalk_server
 from glasshelm.live import signalk_writer
 from glasshelm.live.signalk_writer import RUDDER, SELF, SignalKWriter
