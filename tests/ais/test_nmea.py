@@ -186,7 +186,7 @@ def test_sensors_that_are_not_valid_tell_nothing(body):
         (ais({"type": 4, "mmsi": 2300000})[0], RejectReason.NO_SHIP),
         (ais(POSITION | {"mmsi": 992301234})[0], RejectReason.NO_SHIP),
         (ais(POSITION | {"mmsi": 111230001})[0], RejectReason.NO_SHIP),
-        (ais({"type": 8, "mmsi": 2, "dac": 1, "fid": 1, "data": b"\0"})[0], RejectReason.UNUSED_KIND),
+        (ais({"type": 8, "mmsi": 2, "dac": 1, "data": b"\0"})[0], RejectReason.UNUSED_KIND),
     ],
 )  # fmt: skip
 def test_every_refusal_has_its_reason(line, why):

@@ -218,7 +218,7 @@ def test_what_cannot_be_told_is_withdrawn_and_raised(monkeypatch):
             async with running(writer.run()):
                 writer.publish(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
-                monkeypatch.setattr(signalk_writer, "said_of", lambda frame, alarms: 1 / 0)
+                monkeypatch.setattr(signalk_writer, "signalk_values", lambda frame, alarms: 1 / 0)
                 with pytest.raises(ZeroDivisionError):
                     writer.publish(FRAMES[1], [])
                 await until(lambda: not server.stands, 20)

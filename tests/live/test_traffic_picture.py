@@ -154,8 +154,8 @@ def test_where_own_ship_is_not_known_the_ships_heard_last_are_kept(monkeypatch):
     for n in range(1, 1000):
         picture.update(ship(n, n / 10, 10.0 * n))
     assert len(picture) <= 110
-    assert "999" in picture._fleet.ships
-    assert "1" not in picture._fleet.ships
+    assert "999" in picture._others.ships
+    assert "1" not in picture._others.ships
 
 
 def test_ships_out_of_sight_are_known_and_not_shown():

@@ -107,8 +107,8 @@ def test_numbers_told_of_own_ship_are_bounded_and_the_real_one_stays():
     for k in range(500):
         picture.update(told("230000001", k))
         picture.update(told(f"2110000{k:02d}", k))
-    assert picture._numbers.mmsi == "230000001"
-    assert len(picture._numbers._told) <= 8
+    assert picture._identities.mmsi == "230000001"
+    assert len(picture._identities._numbers) <= 8
 
 
 def test_an_echo_seen_apart_by_mistake_is_an_echo_again():

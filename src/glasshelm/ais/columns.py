@@ -210,6 +210,9 @@ def _times(values: pa.Array) -> np.ndarray:
 
 
 def _time(text: str) -> float:
+    number = _number(text)
+    if not np.isnan(number):
+        return epoch_seconds(number)
     time = parse_time(text)
     return np.nan if time is None else time.timestamp()
 

@@ -78,8 +78,6 @@ def _table(rows: list[tuple[float, ...]]) -> ReportTable:
 def _why_nothing(counts: Counts) -> str:
     """Why a file gives no position, by the reason that holds for most of its lines."""
     reasons = counts.reasons
-    if not counts.received:
-        return "there is nothing in it"
     if reasons.get(RejectReason.MALFORMED, 0) == counts.received:
         return "no NMEA 0183 sentence (such as !AIVDM,…*hh) in any of its lines"
     main = max(reasons, key=lambda reason: reasons[reason], default=None)

@@ -15,7 +15,7 @@ MAX_TIME_S = 4_102_444_800.0
 
 #: A count below the first number has the second number of units to the second.
 _UNITS = ((1e11, 1.0), (1e14, 1e3), (1e17, 1e6), (1e20, 1e9))
-_NUMBER = re.compile(r"[+-]?\d{1,20}(?:\.\d*)?(?:[eE][+-]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"\d{1,20}(?:\.\d*)?", re.ASCII)
 #: A date, year or day first, and a time of day; numbers may lack their zeros.
 _DATE_TIME = re.compile(
     r"(?:(\d{4})-(\d{1,2})-(\d{1,2})|(\d{1,2})[/.-](\d{1,2})[/.-](\d{4}))"
