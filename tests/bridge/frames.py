@@ -56,5 +56,5 @@ def _target(time_s: float, own: f.Own, other: Other) -> f.Target:
         tcpa_s=tcpa,
         danger=0.0,
         lost=other.lost,
-        fed=other.fed,
+        selected=other.fed,
     )

@@ -17,7 +17,7 @@ from glasshelm.pilots.guarded import GuardedPilot, learned_in
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import bundled, load, names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.report.narrative import story
+from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.voyage import simulate
 
@@ -143,6 +143,6 @@ def test_frames_say_who_has_the_helm_and_what_the_guard_sees(voyage):
 
 
 def test_the_story_says_that_the_guard_steers_and_why(voyage):
-    told = " ".join(str(s) for s in story(voyage))
+    told = " ".join(str(s) for s in narrate(voyage))
     assert "the guard steers: the pilot's own way (rudder " in told
     assert " into the domain in " in told

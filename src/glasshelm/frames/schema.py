@@ -68,8 +68,8 @@ class Decision(_Part, frozen=True):
 
     rudder_rad: float
     applied: bool = True
-    alone_rad: float | None = None
-    overruled_rad: float | None = None
+    base_rad: float | None = None
+    pilot_rudder_rad: float | None = None
 
 
 class Guard(_Part, frozen=True):
@@ -89,7 +89,7 @@ class Guard(_Part, frozen=True):
         self._clean(printable, "target")
 
 
-class ByTask(_Part, frozen=True):
+class BySubTask(_Part, frozen=True):
     """One number a sub-task (Eq. 16-19, 22)."""
 
     waypoint: float
@@ -160,11 +160,11 @@ class Target(_Part, frozen=True):
     intention_level: float | None = None
     shapley_rad: float | None = None
     shapley_error_rad: float | None = None
-    left_out_rad: float | None = None
+    leave_one_out_rad: float | None = None
     shapley_value: float | None = None
     shapley_pairs_rad: list[float] | None = None
     length_m: float | None = None
-    fed: bool = True
+    selected: bool = True
     lost: bool = False
     age_s: float | None = None
     latitude_deg: float | None = None
@@ -195,17 +195,21 @@ class Frame(_Part, frozen=True):
     decision: Decision | None = None
     weights_sha256: str | None = None
     time_utc: str | None = None
-    reward: ByTask | None = None
-    value: ByTask | None = None
-    priority: ByTask | None = None
+    reward: BySubTask | None = None
+    value: BySubTask | None = None
+    priority: BySubTask | None = None
     sweep: Sweep | None = None
-    outside: list[str] | None = None
+    outside_training: list[str] | None = None
     band: Band | None = None
     guard: Guard | None = None
 
     def __post_init__(self) -> None:
         self._clean(printable, "pilot", "source", "weights_sha256", "time_utc")
-        if self.outside is not None and not all(map(str.isprintable, self.outside)):
-            msgspec.structs.force_setattr(self, "outside", [*map(printable, self.outside)])
+        if self.outside_training is not None and not all(
+            map(str.isprintable, self.outside_training)
+        ):
+            msgspec.structs.force_setattr(
+                self, "outside_training", [*map(printable, self.outside_training)]
+            )
         if self.time_utc is not None:
             datetime.fromisoformat(self.time_utc)  # to who reads JSON: not a frame

@@ -12,7 +12,7 @@ from glasshelm.env.rewards import Reward
 from glasshelm.env.training_envelope import check_numbers, outside_training
 from glasshelm.explain.step_explanation import Explanation
 from glasshelm.frames.schema import (
-    ByTask,
+    BySubTask,
     Decision,
     Frame,
     Guard,
@@ -75,7 +75,7 @@ class FrameBuilder:
             value=_by_task(why.value) if why else None,
             priority=_by_task(why.priority) if why else None,
             sweep=self._sweep(moment),
-            outside=self._outside(moment, learned) if learned else None,
+            outside_training=self._outside(moment, learned) if learned else None,
             guard=self._guard(moment),
         )
 
@@ -117,7 +117,7 @@ class FrameBuilder:
         why = moment.explanation
         rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
         if not moment.his_own:
-            return Decision(rudder, self._applied, overruled_rad=own)
+            return Decision(rudder, self._applied, pilot_rudder_rad=own)
         alone = None if why is None else _plain(why.moves.none * self._limit)
         return Decision(rudder, self._applied, alone)
 
@@ -242,11 +242,11 @@ def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> C
     return given
 
 
-def _by_task(parts: Values | Reward | None) -> ByTask | None:
+def _by_task(parts: Values | Reward | None) -> BySubTask | None:
     if parts is None:
         return None
     waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship))
-    return ByTask(_plain(waypoint), _plain(collision), _plain(waypoint + collision))
+    return BySubTask(_plain(waypoint), _plain(collision), _plain(waypoint + collision))
 
 
 def _plain(x: Any) -> Any:
