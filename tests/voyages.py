@@ -45,7 +45,7 @@ def voyage(
     rudder_deg: Curve | None = None,
     alone_deg: Curve | None = None,
     applied: bool = True,
-    outside: Callable[[int], list[str] | None] = lambda k: None,
+    outside_training: Callable[[int], list[str] | None] = lambda k: None,
     time_utc: Callable[[int], str | None] = lambda k: None,
     sweep: bool = False,
 ) -> list[f.Frame]:
@@ -83,7 +83,7 @@ def voyage(
                 time_utc=time_utc(k),
                 priority=f.BySubTask(waypoint_priority(k), total) if waypoint_priority else None,
                 sweep=_sweep(targets) if sweep else None,
-                outside_training=outside(k),
+                outside_training=outside_training(k),
             )
         )
     return frames

@@ -103,7 +103,7 @@ def test_a_log_from_outside_is_read_as_text(tmp_path):
     write_log(log, plain()[:2])
     raw = json.loads(log.read_text().splitlines()[0])
     raw["pilot"] = raw["source"] = raw["targets"][0]["name"] = raw["targets"][0]["id"] = "\x1b[2J"
-    raw["outside"] = ["\u202efast"]
+    raw["outside_training"] = ["\u202efast"]
     log.write_text(json.dumps(raw) + "\n")
     frame = next(read_log(log))
     assert isinstance(frame, Frame)

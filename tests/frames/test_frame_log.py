@@ -48,7 +48,7 @@ def frame(time_s: float, *targets: f.Target, **more) -> f.Frame:
 FRAMES = [
     frame(0.0),
     frame(5.0, target("a", q=-0.25), target("b", lost=True, age_s=400.0)),
-    frame(10.0, target("a"), value=f.BySubTask(1.0, -0.5, 0.5), outside=["x", "y"]),
+    frame(10.0, target("a"), value=f.BySubTask(1.0, -0.5, 0.5), outside_training=["x", "y"]),
 ]
 
 
@@ -142,7 +142,7 @@ def test_parquet_has_a_row_for_each_target_and_for_an_empty_frame(tmp_path):
     assert rows[2]["target_q"] is None
     assert rows[2]["target_lost"] is True
     assert rows[3]["value_total"] == 0.5
-    assert rows[3]["outside"] == ["x", "y"]
+    assert rows[3]["outside_training"] == ["x", "y"]
     assert rows[0]["own_rudder_rad"] is None
 
 

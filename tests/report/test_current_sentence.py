@@ -46,7 +46,7 @@ def test_the_shares_are_those_of_the_rudder_shown(frames):
     same = current_sentence([*frames[k - 2 : k], frames[k]])
     assert same.why == current_sentence([frames[k]]).why
     last = frames[k]
-    total = last.decision.alone_rad + sum(t.shapley_rad for t in last.targets if t.fed)
+    total = last.decision.base_rad + sum(t.shapley_rad for t in last.targets if t.selected)
     assert total == pytest.approx(last.decision.rudder_rad, abs=1e-4)
 
 
@@ -130,7 +130,7 @@ def test_a_lost_ship_is_not_passed(frames):
 def test_who_has_the_helm_in_the_pilots_place(frames):
     one = frames[-1]
     ship = one.targets[0]
-    theirs = msgspec.structs.replace(one.decision, overruled_rad=math.radians(2), alone_rad=None)
+    theirs = msgspec.structs.replace(one.decision, pilot_rudder_rad=math.radians(2), base_rad=None)
     ordered = msgspec.structs.replace(one, decision=theirs)
     assert (
         current_sentence([ordered]).why

@@ -76,7 +76,7 @@ def test_advice_while_the_recorded_ship_turns():
 
 
 def test_what_lies_outside_training_is_told():
-    frames = voyage([0.0] * 40, outside=lambda k: ["own speed 20 kn, trained at 10 kn"])
+    frames = voyage([0.0] * 40, outside_training=lambda k: ["own speed 20 kn, trained at 10 kn"])
     (first, *_) = narrate(frames)
     assert first.kind == "outside"
     assert "throughout" in first.text

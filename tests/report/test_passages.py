@@ -62,12 +62,12 @@ def test_side_of_the_closest_approach():
 
 
 def test_outside_tells_first_frame_and_share():
-    frames = voyage([0.0] * 10, outside=lambda k: ["too fast"] if k >= 5 else None)
+    frames = voyage([0.0] * 10, outside_training=lambda k: ["too fast"] if k >= 5 else None)
     assert outside_training(frames) == [OutsideTraining("too fast", 5, 0.5)]
 
 
 def test_outside_takes_words_with_other_numbers_for_the_same_kind():
-    frames = voyage([0.0] * 4, outside=lambda k: [f"own speed {k}.5 kn", "many ships"])
+    frames = voyage([0.0] * 4, outside_training=lambda k: [f"own speed {k}.5 kn", "many ships"])
     assert outside_training(frames) == [
         OutsideTraining("own speed 0.5 kn", 0, 1.0),
         OutsideTraining("many ships", 0, 1.0),

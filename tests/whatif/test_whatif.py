@@ -67,7 +67,7 @@ def test_branch_of_a_recording_decides_as_the_log_did(advice_log, learned, numbe
     again = sailed.frames()[0]
     assert [t.id for t in again.targets] == [t.id for t in frame.targets]
     for one, two in zip(again.targets, frame.targets, strict=True):
-        assert (one.lost, one.selected, one.name) == (two.lost, two.fed, two.name)
+        assert (one.lost, one.selected, one.name) == (two.lost, two.selected, two.name)
         assert one.range_m == pytest.approx(two.range_m, rel=1e-5)
         assert one.danger == pytest.approx(two.danger, abs=1e-5)
         assert one.latitude_deg == pytest.approx(two.latitude_deg, abs=1e-6)
@@ -205,7 +205,7 @@ def test_a_deleted_ship_is_as_if_she_had_never_been(imazu_log, learned):
 
 def test_blind_to_a_ship_that_is_not_fed_changes_nothing(advice_log, learned):
     number = 40
-    fed = {t.id for f in advice_log[number:] for t in f.targets if t.fed}
+    fed = {t.id for f in advice_log[number:] for t in f.targets if t.selected}
     far = max(
         (t for t in advice_log[number].targets if t.id not in fed and not t.lost),
         key=lambda t: t.range_m,

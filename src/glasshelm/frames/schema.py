@@ -60,8 +60,8 @@ class Waypoint(_Part, frozen=True):
 class Decision(_Part, frozen=True):
     """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard.
 
-    ``alone_rad`` is what it would be with no other ship: with every target's
-    ``shapley_rad`` it adds up to ``rudder_rad``. ``overruled_rad`` is the rudder that the
+    ``base_rad`` is what it would be with no other ship: with every target's
+    ``shapley_rad`` it adds up to ``rudder_rad``. ``pilot_rudder_rad`` is the rudder that the
     pilot himself decided where an order or his guard has the helm; the shares of a rudder
     are then absent.
     """
@@ -132,10 +132,10 @@ class Target(_Part, frozen=True):
     opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
     ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
     the level (preprint). ``shapley_rad`` is her share of the rudder (+ = to starboard; with
-    ``shapley_error_rad``, the standard error where it was sampled), ``left_out_rad`` the rudder
+    ``shapley_error_rad``, the standard error where it was sampled), ``leave_one_out_rad`` the rudder
     less what it would be without her, ``shapley_value`` her share of Q,
     ``shapley_pairs_rad`` how far she moves the rudder together with each target of the frame,
-    beyond each by herself (absent where none matters). ``fed`` is false for a target seen but
+    beyond each by herself (absent where none matters). ``selected`` is false for a target seen but
     not shown to the pilot; ``age_s`` the time since she was last heard;
     ``lost`` that this is too long ago: her position is the last dead-reckoned one.
     """

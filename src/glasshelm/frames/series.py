@@ -79,7 +79,7 @@ class Series:
     """A voyage over time: own ship, the decision, the values, and every target.
 
     ``heading_rad`` runs on through ±π; ``rudder_rad`` is the decided rudder, or
-    the ship's own where there is no decision, ``alone_rad`` what it would be with no
+    the ship's own where there is no decision, ``base_rad`` what it would be with no
     other ship; ``waypoint_bearing_rad`` is the bearing of the waypoint relative to the
     heading, in [−π, π).
     """

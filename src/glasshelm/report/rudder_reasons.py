@@ -190,7 +190,7 @@ def frames_with_rudder(voyage: Series, episode: Episode) -> np.ndarray:
 def _decided_by_pilot(voyage: Series, at: np.ndarray) -> np.ndarray:
     """Those of some frames in which the pilot has the helm himself; shares are of no others."""
     decided = [voyage.frames[k].decision for k in at]
-    return at[[d is None or d.overruled_rad is None for d in decided]]
+    return at[[d is None or d.pilot_rudder_rad is None for d in decided]]
 
 
 def _mean(row: np.ndarray, at: np.ndarray) -> float:

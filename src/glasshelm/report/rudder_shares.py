@@ -23,7 +23,7 @@ class Share:
 class RudderShares:
     """Means over some frames. What is alone, less who is back, with who is moving is the rudder.
 
-    ``way`` is the side of the rudder (1 starboard, −1 port). ``rudder_rad`` and ``alone_rad`` are
+    ``way`` is the side of the rudder (1 starboard, −1 port). ``rudder_rad`` and ``base_rad`` are
     + to that side. ``moving`` are the ships that move the rudder that way, ``back`` those
     that move it the other way, the largest share first.
     """

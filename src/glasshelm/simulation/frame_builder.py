@@ -203,7 +203,7 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
     """What the pilot makes of each ship shown; absent for those that it was not fed."""
     place = {int(i): k for k, i in enumerate(moment.order) if moment.fed.present[k]}
     places = [place.get(int(i)) for i in shown]
-    columns: Columns = {"fed": [k is not None for k in places]}
+    columns: Columns = {"selected": [k is not None for k in places]}
     e = moment.explanation
     if e is None:
         return columns
@@ -228,7 +228,7 @@ def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> C
         given["intention"] = _plain(e.intention.increment)
         given["intention_level"] = _plain(e.intention.level)
     given["shapley_rad"] = _plain(e.moves.by_ship * limit_rad)
-    given["left_out_rad"] = _plain(e.left_out * limit_rad)
+    given["leave_one_out_rad"] = _plain(e.left_out * limit_rad)
     if np.any(e.moves.error):
         given["shapley_error_rad"] = _plain(e.moves.error * limit_rad)
     if e.worth is not None and np.isfinite(e.worth.all):
