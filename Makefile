@@ -22,6 +22,7 @@ help:
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make fuzz    a million mangled lines and messages to live sessions, 100,000 to the bridge (nightly)"
 	@echo "make lint    ruff and pyright"
+	@echo "make format  ruff, eslint and prettier, with their fixes applied"
 	@echo "make wheel   build the wheel and test it outside the tree"
 
 install: $(VENV)/installed
@@ -56,6 +57,7 @@ lint: install
 format: install
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	PYTHON=$(PYTHON) scripts/page format
 
 demo: install page
 	$(BIN)/glasshelm bridge

@@ -66,7 +66,16 @@ function actions(openMenu: () => void): Record<string, () => void> {
   };
 }
 
-const MOVES = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+const MOVES = [
+  "ArrowLeft",
+  "ArrowRight",
+  "ArrowUp",
+  "ArrowDown",
+  "Home",
+  "End",
+  "PageUp",
+  "PageDown",
+];
 
 /** Whether the key belongs to an open dialogue or to the field, list, slider or button in focus. */
 function taken(event: KeyboardEvent): boolean {

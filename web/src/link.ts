@@ -23,7 +23,7 @@ export class Link {
   constructor(
     private readonly url: string,
     private readonly onMessage: (message: FromServer) => void,
-    private readonly onState: (state: LinkState) => void,
+    private readonly onState: () => void,
   ) {}
 
   start(): void {
@@ -87,7 +87,7 @@ export class Link {
     if (state === this.state) return;
     if (state === "open" || this.state === "open") this.since_ms = performance.now();
     this.state = state;
-    this.onState(state);
+    this.onState();
   }
 }
 

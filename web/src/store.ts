@@ -12,8 +12,20 @@ import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain
 import { Link, socketUrl, type LinkState } from "./link";
 import { Settings } from "./settings";
 import type {
-  Alarm, Banded, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Role, Session,
-  Target, ToServer, WhatIf,
+  Alarm,
+  Banded,
+  Catalogue,
+  Change,
+  Encounter,
+  Frame,
+  FromServer,
+  Instant,
+  Limits,
+  Role,
+  Session,
+  Target,
+  ToServer,
+  WhatIf,
 } from "./wire";
 
 const NOTICE_MS = 8000;
@@ -66,7 +78,11 @@ export class Store {
   private whatIfTimer = 0;
 
   constructor(url = socketUrl(location.href)) {
-    this.link = new Link(url, (m) => this.take(m), (s) => this.linked(s));
+    this.link = new Link(
+      url,
+      (m) => this.take(m),
+      () => this.linked(),
+    );
   }
 
   start(): void {
@@ -87,7 +103,10 @@ export class Store {
 
   get liveness(): Liveness {
     return liveness(
-      { open: this.link.state === "open", since_s: (performance.now() - this.link.since_ms) / 1000 },
+      {
+        open: this.link.state === "open",
+        since_s: (performance.now() - this.link.since_ms) / 1000,
+      },
       this.session,
       this.frameAge_s,
       this.saidAge_s,
@@ -309,7 +328,7 @@ export class Store {
     this.book.update(chosen, new Set(frame.targets.map((t) => t.id)));
   }
 
-  private linked(_state: LinkState): void {
+  private linked(): void {
     this.preparing = null;
     this.asking = false;
     this.changed();

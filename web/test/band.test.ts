@@ -9,7 +9,11 @@ vi.stubGlobal("window", globalThis);
 const { Store } = await import("../src/store");
 
 const told = (some: Partial<Banded> = {}): Banded => ({
-  time_s: 5, pilot: "paper-sum", rudder_rad: 0.02, short: "certain: to starboard", full: "",
+  time_s: 5,
+  pilot: "paper-sum",
+  rudder_rad: 0.02,
+  short: "certain: to starboard",
+  full: "",
   band: { low_rad: 0.01, high_rad: 0.03, position_m: 10, course_rad: 0.0087, speed_m_s: 0.05 },
   ...some,
 });

@@ -1,7 +1,15 @@
 import { describe, expect, it } from "vitest";
 
 import {
-  Book, contrast, linear, luminance, numberInk, PALETTES, PLACES, SHIP_COLOURS, type Palette,
+  Book,
+  contrast,
+  linear,
+  luminance,
+  numberInk,
+  PALETTES,
+  PLACES,
+  SHIP_COLOURS,
+  type Palette,
 } from "../src/domain/colours";
 import css from "../src/style/theme.css?raw";
 
@@ -14,18 +22,49 @@ function theme(palette: Palette, name: string): string {
 }
 
 const apply = (m: readonly number[][], v: Rgb): Rgb =>
-  m.map((row) => Math.min(1, Math.max(0, row.reduce((s, x, k) => s + x * v[k]!, 0)))) as Rgb;
+  m.map((row) =>
+    Math.min(
+      1,
+      Math.max(
+        0,
+        row.reduce((s, x, k) => s + x * v[k]!, 0),
+      ),
+    ),
+  ) as Rgb;
 
 /** Machado, Oliveira and Fernandes (2009), severity 1. */
 const SIGHTS: Record<string, number[][]> = {
-  full: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-  protan: [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
-  deutan: [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
-  tritan: [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
+  full: [
+    [1, 0, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+  ],
+  protan: [
+    [0.152286, 1.052583, -0.204868],
+    [0.114503, 0.786281, 0.099216],
+    [-0.003882, -0.048116, 1.051998],
+  ],
+  deutan: [
+    [0.367322, 0.860646, -0.227968],
+    [0.280085, 0.672501, 0.047413],
+    [-0.01182, 0.04294, 0.968881],
+  ],
+  tritan: [
+    [1.255528, -0.076749, -0.178779],
+    [-0.078411, 0.930809, 0.147602],
+    [0.004733, 0.691367, 0.3039],
+  ],
 };
 
 function lab(rgb: Rgb): Rgb {
-  const xyz = apply([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]], rgb);
+  const xyz = apply(
+    [
+      [0.4124, 0.3576, 0.1805],
+      [0.2126, 0.7152, 0.0722],
+      [0.0193, 0.1192, 0.9505],
+    ],
+    rgb,
+  );
   const white = [0.95047, 1, 1.08883];
   const [x, y, z] = xyz.map((v, k) => {
     const t = v / white[k]!;
@@ -59,7 +98,9 @@ describe.each(PALETTES)("the %s palette", (palette) => {
   it("can be seen on the sea and on the panels (3:1), and so can own ship and alarms", () => {
     for (const ground of ["sea", "panel"])
       for (const colour of [...colours, theme(palette, "own"), theme(palette, "alarm")])
-        expect(contrast(colour, theme(palette, ground)), `${colour} on ${ground}`).toBeGreaterThan(3);
+        expect(contrast(colour, theme(palette, ground)), `${colour} on ${ground}`).toBeGreaterThan(
+          3,
+        );
   });
 
   it("carries numbers that can be read (4.5:1)", () => {
@@ -68,11 +109,21 @@ describe.each(PALETTES)("the %s palette", (palette) => {
   });
 
   it("can be read (4.5:1)", () => {
-    const pairs = [["ink", "panel"], ["soft", "panel"], ["soft", "sea"], ["ring-text", "sea"],
-      ["on-warn", "warn"], ["on-alarm", "alarm"], ["on-accent", "accent"], ["alarm", "panel"]];
+    const pairs = [
+      ["ink", "panel"],
+      ["soft", "panel"],
+      ["soft", "sea"],
+      ["ring-text", "sea"],
+      ["on-warn", "warn"],
+      ["on-alarm", "alarm"],
+      ["on-accent", "accent"],
+      ["alarm", "panel"],
+    ];
     for (const [ink, ground] of pairs)
-      expect(contrast(theme(palette, ink!), theme(palette, ground!)), `${ink} on ${ground}`)
-        .toBeGreaterThanOrEqual(4.5);
+      expect(
+        contrast(theme(palette, ink!), theme(palette, ground!)),
+        `${ink} on ${ground}`,
+      ).toBeGreaterThanOrEqual(4.5);
   });
 });
 

@@ -5,16 +5,23 @@ import { radians } from "../src/domain/units";
 import { frame, target } from "./frames";
 
 const own = (heading_deg: number) => ({
-  east_m: 0, north_m: 0, heading_rad: radians(heading_deg), speed_m_s: 5, rate_of_turn_rad_s: 0,
+  east_m: 0,
+  north_m: 0,
+  heading_rad: radians(heading_deg),
+  speed_m_s: 5,
+  rate_of_turn_rad_s: 0,
 });
 
 const voyage = [
   frame(0, [target("1", { range_m: 900 }), target("2", { range_m: 4000 })], { own: own(-170) }),
   frame(5, [target("1", { range_m: 300, danger: 0.2 })], {
-    own: own(175), reward: { waypoint: 0.2, collision: -0.5 },
+    own: own(175),
+    reward: { waypoint: 0.2, collision: -0.5 },
   }),
   frame(10, [target("1", { range_m: 700 })], {
-    own: own(170), decision: { rudder_rad: -0.05 }, reward: { waypoint: 0.1, collision: 0 },
+    own: own(170),
+    decision: { rudder_rad: -0.05 },
+    reward: { waypoint: 0.1, collision: 0 },
   }),
 ];
 

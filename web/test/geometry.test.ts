@@ -1,13 +1,28 @@
 import { describe, expect, it } from "vitest";
 
 import {
-  bearing, closestApproach, distance, DOMAIN_LOA, domainOutline, fromBody, later, wrapped,
+  bearing,
+  closestApproach,
+  distance,
+  DOMAIN_LOA,
+  domainOutline,
+  fromBody,
+  later,
+  wrapped,
   type Motion,
 } from "../src/domain/geometry";
 import { radians } from "../src/domain/units";
 
-const motion = (east_m: number, north_m: number, course_deg: number, speed_m_s: number): Motion => ({
-  east_m, north_m, course_rad: radians(course_deg), speed_m_s,
+const motion = (
+  east_m: number,
+  north_m: number,
+  course_deg: number,
+  speed_m_s: number,
+): Motion => ({
+  east_m,
+  north_m,
+  course_rad: radians(course_deg),
+  speed_m_s,
 });
 
 describe("closest approach", () => {
@@ -28,7 +43,8 @@ describe("closest approach", () => {
 
   it("is now for ships that do not move against each other", () => {
     expect(closestApproach(motion(0, 0, 90, 5), motion(300, 400, 90, 5))).toMatchObject({
-      tcpa_s: 0, dcpa_m: 500,
+      tcpa_s: 0,
+      dcpa_m: 500,
     });
   });
 
@@ -58,7 +74,8 @@ describe("directions", () => {
 describe("the domain (Eq. 14-15)", () => {
   it("reaches farthest ahead and more to starboard than to port", () => {
     const edge = domainOutline(340);
-    const reach = (of: (p: { x: number; y: number }) => number): number => Math.max(...edge.map(of));
+    const reach = (of: (p: { x: number; y: number }) => number): number =>
+      Math.max(...edge.map(of));
     expect(reach((p) => p.y)).toBeCloseTo(6.4 * 340);
     expect(reach((p) => -p.y)).toBeCloseTo(1.6 * 340);
     expect(reach((p) => p.x)).toBeCloseTo(3.2 * 340);

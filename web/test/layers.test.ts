@@ -16,9 +16,22 @@ import { alarm, frame, target } from "./frames";
 const SIZE = 600;
 const RADIUS = 266;
 const INKS: Inks = {
-  sea: "sea", ring: "ring", ringText: "ring-text", own: "own", other: "other", domain: "domain",
-  path: "path", compare: "compare", whatIf: "what-if", alarm: "alarm", onAlarm: "on-alarm",
-  panel: "panel", ink: "ink", soft: "soft", line: "line", ships: ["#111111", "#222222"],
+  sea: "sea",
+  ring: "ring",
+  ringText: "ring-text",
+  own: "own",
+  other: "other",
+  domain: "domain",
+  path: "path",
+  compare: "compare",
+  whatIf: "what-if",
+  alarm: "alarm",
+  onAlarm: "on-alarm",
+  panel: "panel",
+  ink: "ink",
+  soft: "soft",
+  line: "line",
+  ships: ["#111111", "#222222"],
 };
 
 interface Call {
@@ -41,8 +54,12 @@ function canvas(): { context: Context; calls: Call[] } {
       return (...args: never[]) => {
         if (name === "setLineDash") state.dash = String(args[0]);
         calls.push({
-          name, args, stroke: String(state.strokeStyle), fill: String(state.fillStyle),
-          width: Number(state.lineWidth), dash: String(state.dash),
+          name,
+          args,
+          stroke: String(state.strokeStyle),
+          fill: String(state.fillStyle),
+          width: Number(state.lineWidth),
+          dash: String(state.dash),
         });
       };
     },
@@ -53,12 +70,32 @@ function canvas(): { context: Context; calls: Call[] } {
 
 function scene(now: Frame, some: Partial<Scene> & { alarms?: Alarm[] } = {}): Scene {
   const choices = { ...DEFAULTS, range_nm: 6, ...some.choices };
-  const view = new View(now.own, 0, { x: SIZE / 2, y: SIZE / 2 }, scaleFor(RADIUS, choices.range_nm));
+  const view = new View(
+    now.own,
+    0,
+    { x: SIZE / 2, y: SIZE / 2 },
+    scaleFor(RADIUS, choices.range_nm),
+  );
   return {
-    frame: now, frames: [now], compare: [], path: [], whatIf: [], encounters: {},
-    rows: ranked(now, some.alarms ?? [], 0.5), selected: null, hovered: null, place: () => null,
-    inks: INKS, view, width: SIZE, height: SIZE, radius: RADIUS, bright: true, stale: false,
-    ...some, choices,
+    frame: now,
+    frames: [now],
+    compare: [],
+    path: [],
+    whatIf: [],
+    encounters: {},
+    rows: ranked(now, some.alarms ?? [], 0.5),
+    selected: null,
+    hovered: null,
+    place: () => null,
+    inks: INKS,
+    view,
+    width: SIZE,
+    height: SIZE,
+    radius: RADIUS,
+    bright: true,
+    stale: false,
+    ...some,
+    choices,
   };
 }
 
@@ -69,7 +106,9 @@ function drawn(of: Scene): Call[] {
 }
 
 const arcs = (calls: Call[], ink: string, radius: number): Call[] =>
-  calls.filter((c) => c.name === "arc" && c.args[2] === radius && (c.stroke === ink || c.fill === ink));
+  calls.filter(
+    (c) => c.name === "arc" && c.args[2] === radius && (c.stroke === ink || c.fill === ink),
+  );
 
 const near = (call: Call | undefined, p: { x: number; y: number }): void => {
   expect(call).toBeDefined();
@@ -103,7 +142,9 @@ describe("own ship", () => {
     const other = frame(0, [], { pilot: "straight", own: { ...frame(0).own, east_m: 1000 } });
     const of = scene(frame(0), { compare: [other] });
     near(arcs(drawn(of), "compare", 9)[0], of.view.toScreen({ east_m: 1000, north_m: 0 }));
-    expect(drawn(of).some((c) => c.name === "fillText" && String(c.args[0]) === "straight")).toBe(true);
+    expect(drawn(of).some((c) => c.name === "fillText" && String(c.args[0]) === "straight")).toBe(
+      true,
+    );
   });
 });
 
@@ -111,7 +152,9 @@ describe("the domain", () => {
   test("is as long and as wide as Eq. 14-15 say, and turns with own ship", () => {
     const east = { ...frame(0).own, heading_rad: Math.PI / 2 };
     const of = scene(frame(0, [], { own: east }));
-    const edge = drawn(of).filter((c) => c.stroke === "domain" && (c.name === "moveTo" || c.name === "lineTo"));
+    const edge = drawn(of).filter(
+      (c) => c.stroke === "domain" && (c.name === "moveTo" || c.name === "lineTo"),
+    );
     const at = (east_m: number, north_m: number): number => {
       const p = of.view.toScreen({ east_m, north_m });
       return Math.min(...edge.map((c) => Math.hypot(c.args[0]! - p.x, c.args[1]! - p.y)));
@@ -143,7 +186,9 @@ describe("targets", () => {
   test("that are lost have no vector and no ghost, and are crossed out", () => {
     const lines = (lost: boolean) => {
       const of = scene(frame(0, [target("1", { lost })]), { place: () => 0 });
-      return drawn(of).filter((c) => c.name === "lineTo" && c.stroke === "#111111" && c.dash === "6,4");
+      return drawn(of).filter(
+        (c) => c.name === "lineTo" && c.stroke === "#111111" && c.dash === "6,4",
+      );
     };
     expect(lines(false)).toHaveLength(1);
     expect(lines(true)).toHaveLength(0);
@@ -154,14 +199,29 @@ describe("targets", () => {
 
   test("who turn have a flag on that side of their vectors' ends, and others have none", () => {
     const flags = (turn_rad: number, lost = false, vectors: "true" | "relative" = "true") => {
-      const frames = [0, 30].map((t, k) => frame(t, [target("1", { course_rad: k * turn_rad, lost })]));
-      const of = scene(frames.at(-1)!, { frames, place: () => 0, choices: { ...DEFAULTS, vectors } });
+      const frames = [0, 30].map((t, k) =>
+        frame(t, [target("1", { course_rad: k * turn_rad, lost })]),
+      );
+      const of = scene(frames.at(-1)!, {
+        frames,
+        place: () => 0,
+        choices: { ...DEFAULTS, vectors },
+      });
       const lines = drawn(of).filter((c) => c.name === "moveTo" || c.name === "lineTo");
-      const end = lines.find((c) => c.name === "lineTo" && c.dash === "6,4" && c.stroke === "#111111");
-      const begun = lines.findIndex((c) => c.name === "moveTo" && String(c.args) === String(end?.args));
+      const end = lines.find(
+        (c) => c.name === "lineTo" && c.dash === "6,4" && c.stroke === "#111111",
+      );
+      const begun = lines.findIndex(
+        (c) => c.name === "moveTo" && String(c.args) === String(end?.args),
+      );
       return end && begun >= 0 ? lines.slice(begun, begun + 2) : [];
     };
-    for (const [turn, vectors] of [[0.2, "true"], [-0.2, "true"], [0.2, "relative"], [-0.2, "relative"]] as const) {
+    for (const [turn, vectors] of [
+      [0.2, "true"],
+      [-0.2, "true"],
+      [0.2, "relative"],
+      [-0.2, "relative"],
+    ] as const) {
       const [end, tip] = flags(turn, false, vectors);
       expect(tip!.args[0]! - end!.args[0]!).toBeCloseTo(9 * Math.sign(turn) * Math.cos(0.2), 3);
       expect(tip!.args[1]! - end!.args[1]!).toBeCloseTo(9 * Math.sin(0.2), 3);
@@ -188,7 +248,9 @@ describe("targets", () => {
 });
 
 describe("ghosts", () => {
-  const now = frame(0, [target("1", { east_m: 1500, north_m: 4000, course_rad: Math.PI, tcpa_s: 395, dcpa_m: 1500 })]);
+  const now = frame(0, [
+    target("1", { east_m: 1500, north_m: 4000, course_rad: Math.PI, tcpa_s: 395, dcpa_m: 1500 }),
+  ]);
 
   test("stand where both ships are nearest", () => {
     const of = scene(now, { place: () => 0 });
@@ -196,7 +258,9 @@ describe("ghosts", () => {
     near(arcs(drawn(of), "#111111", 4)[0], of.view.toScreen(cpa.own));
     const calls = drawn(of).filter((c) => c.name === "translate");
     const ghost = of.view.toScreen(cpa.target);
-    expect(calls.some((c) => Math.hypot(c.args[0]! - ghost.x, c.args[1]! - ghost.y) < 0.01)).toBe(true);
+    expect(calls.some((c) => Math.hypot(c.args[0]! - ghost.x, c.args[1]! - ghost.y) < 0.01)).toBe(
+      true,
+    );
   });
 
   test("are of ships of note, in danger or selected only, and the selected one's is told", () => {
@@ -204,16 +268,23 @@ describe("ghosts", () => {
     expect(arcs(drawn(scene(now, { alarms: [alarm("1")] })), "alarm", 4)).toHaveLength(1);
     const calls = drawn(scene(now, { selected: "1" }));
     expect(arcs(calls, "other", 4)).toHaveLength(1);
-    expect(calls.some((c) => c.name === "fillText" && String(c.args[0]) === "CPA 0.81 NM in 06:35")).toBe(true);
+    expect(
+      calls.some((c) => c.name === "fillText" && String(c.args[0]) === "CPA 0.81 NM in 06:35"),
+    ).toBe(true);
   });
 });
 
 test("what is under the pointer is the nearest ship, and the picture is told in words", () => {
-  const now = frame(0, [target("1"), target("2", { east_m: 500, range_m: 5024, bearing_rad: 0.1 })]);
+  const now = frame(0, [
+    target("1"),
+    target("2", { east_m: 500, range_m: 5024, bearing_rad: 0.1 }),
+  ]);
   const of = scene(now);
   const at = of.view.toScreen({ east_m: 480, north_m: 5000 });
   expect(under(of, at)?.id).toBe("2");
   expect(under(of, { x: 5, y: 5 })).toBeNull();
-  expect(described(of)).toContain("north-up, relative motion, range 6 miles, rings every 1 NM; 2 ships");
+  expect(described(of)).toContain(
+    "north-up, relative motion, range 6 miles, rings every 1 NM; 2 ships",
+  );
   expect(described(of)).toContain("ship 2, 2.71 miles, 6° to starboard");
 });

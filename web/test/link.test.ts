@@ -22,14 +22,14 @@ describe("an outage", () => {
     static readonly OPEN = 1;
     static last: Socket;
     readyState = 0;
-    onopen = (): void => {};
-    onclose = (): void => {};
-    onmessage = (): void => {};
+    onopen = vi.fn();
+    onclose = vi.fn();
+    onmessage = vi.fn();
     constructor() {
       Socket.last = this;
     }
-    close(): void {}
-    send(): void {}
+    close = vi.fn();
+    send = vi.fn();
   }
 
   beforeEach(() => {
@@ -44,7 +44,7 @@ describe("an outage", () => {
   });
 
   it("lasts from the loss of the line until it is open again, however often it is tried", () => {
-    const link = new Link("ws://ship/ws", () => {}, () => {});
+    const link = new Link("ws://ship/ws", vi.fn(), vi.fn());
     link.start();
     Socket.last.onopen();
     vi.advanceTimersByTime(1000);

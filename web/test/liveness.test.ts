@@ -9,7 +9,9 @@ const shut = { open: false, since_s: 7 };
 describe("stale data is never shown as live", () => {
   it("when the connection is gone", () => {
     for (const mode of ["simulated", "recorded", "live", "replay"] as const)
-      expect(liveness(shut, session({ mode, connected: true, heard_s: 0 }), 1, 0).state).toBe("stale");
+      expect(liveness(shut, session({ mode, connected: true, heard_s: 0 }), 1, 0).state).toBe(
+        "stale",
+      );
     expect(liveness(shut, null, null, 0).state).toBe("waiting");
   });
 

@@ -4,7 +4,10 @@ import { split } from "../src/domain/mentions";
 
 it("finds names as whole words, the longest first", () => {
   expect(split("Danger from ship 1 and ship 12", ["ship 1", "ship 12"])).toEqual([
-    "Danger from ", "ship 1", " and ", "ship 12",
+    "Danger from ",
+    "ship 1",
+    " and ",
+    "ship 12",
   ]);
   expect(split("ship 13 passes", ["ship 1"])).toEqual(["ship 13 passes"]);
 });

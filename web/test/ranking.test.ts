@@ -72,7 +72,9 @@ describe("ships of note", () => {
   const nobody = (): boolean => false;
 
   it("hold every ship in alarm, whatever the pilot makes of her", () => {
-    const ships = [1, 2, 3, 4].map((k) => target(String(k), { intention: 9, attention: 0.3, tcpa_s: 60 }));
+    const ships = [1, 2, 3, 4].map((k) =>
+      target(String(k), { intention: 9, attention: 0.3, tcpa_s: 60 }),
+    );
     ships.push(target("quiet", { intention: 0, attention: 0, dcpa_m: 900 }));
     expect(byNote(ranked(frame(0, ships), [alarm("quiet")], 1), nobody)[0]).toBe("quiet");
     expect(byNote(ranked(frame(0, ships), [], 1), nobody).at(-1)).toBe("quiet");
@@ -96,7 +98,10 @@ describe("ships of note", () => {
         const ships = all.map((id, k) => target(id, { tcpa_s: tcpa_s(k) }));
         const alarms = all.map((id, k) => alarm(id, { tcpa_s: tcpa_s(k) }));
         const rows = ranked(frame(0, ships), alarmed ? alarms : [], 1);
-        book.update(byNote(rows, (id) => book.place(id) !== null), new Set(all));
+        book.update(
+          byNote(rows, (id) => book.place(id) !== null),
+          new Set(all),
+        );
         return all.map((id) => book.place(id));
       };
       const first = look(1);

@@ -40,7 +40,11 @@ describe("rows for plots", () => {
 
   it("take priorities as the frame gives them", () => {
     const frames = [frame(0), frame(60, [], { priority: { waypoint: -0.3, collision: 0.5 } })];
-    expect(priorities(frames)).toEqual([[0, 1], [null, -0.3], [null, 0.5]]);
+    expect(priorities(frames)).toEqual([
+      [0, 1],
+      [null, -0.3],
+      [null, 0.5],
+    ]);
   });
 });
 

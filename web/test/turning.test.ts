@@ -4,7 +4,9 @@ import { turning } from "../src/domain/turning";
 import { frame, target } from "./frames";
 
 const seen = (...courses: (number | null)[]) =>
-  courses.map((course_rad, k) => frame(10 * k, course_rad === null ? [] : [target("1", { course_rad })]));
+  courses.map((course_rad, k) =>
+    frame(10 * k, course_rad === null ? [] : [target("1", { course_rad })]),
+  );
 
 describe("a ship", () => {
   test("turns where her course changes, through north too", () => {

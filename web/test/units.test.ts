@@ -1,8 +1,21 @@
 import { describe, expect, it } from "vitest";
 
 import {
-  age, amount, clock, course, instant, knots, metres, miles, nm, radians, rateOfTurn,
-  relativeBearing, rudder, rudderWords, shipName,
+  age,
+  amount,
+  clock,
+  course,
+  instant,
+  knots,
+  metres,
+  miles,
+  nm,
+  radians,
+  rateOfTurn,
+  relativeBearing,
+  rudder,
+  rudderWords,
+  shipName,
 } from "../src/domain/units";
 
 describe("units", () => {

@@ -1,7 +1,15 @@
 import { describe, expect, it } from "vitest";
 
 import { metres, radians } from "../src/domain/units";
-import { middleOf, ringText, SCALES_NM, stepped, upward, vectorEnd, View } from "../src/domain/view";
+import {
+  middleOf,
+  ringText,
+  SCALES_NM,
+  stepped,
+  upward,
+  vectorEnd,
+  View,
+} from "../src/domain/view";
 import { frame } from "./frames";
 
 const own = { east_m: 1000, north_m: 2000 };

@@ -8,7 +8,8 @@ describe("that there is no CPA alarm", () => {
   it("is said of a picture that is looked at", () => {
     for (const state of ["live", "playing", "paused", "ended"] as const)
       expect(quiet({ state, text: "" }, limits)).toEqual({
-        watched: true, text: "No CPA alarm (limits 1.00 NM, 10 min)",
+        watched: true,
+        text: "No CPA alarm (limits 1.00 NM, 10 min)",
       });
   });
 

@@ -2,7 +2,10 @@
 
 import type { Session } from "../wire";
 
-export type LinkView = { open: boolean; since_s: number };
+export interface LinkView {
+  open: boolean;
+  since_s: number;
+}
 
 export type Liveness =
   | { state: "live" | "playing" | "paused" | "ended"; text: string }
@@ -30,7 +33,8 @@ export function liveness(
     return frame_s === null
       ? { state: "waiting", text: "Connecting to the server" }
       : stale(`No connection for ${Math.round(link.since_s)} s`);
-  if (!session || frame_s === null) return { state: "waiting", text: "Waiting for the first frame" };
+  if (!session || frame_s === null)
+    return { state: "waiting", text: "Waiting for the first frame" };
   if (session.mode === "live") {
     if (session.connected === false) return stale("The source is not connected");
     const silent = age(session.heard_s, said_s, frame_s);

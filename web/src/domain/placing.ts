@@ -35,8 +35,10 @@ export function placed(
   ];
   for (const box of candidates) {
     const inside =
-      box.x >= frame.x && box.y >= frame.y &&
-      box.x + w <= frame.x + frame.w && box.y + h <= frame.y + frame.h;
+      box.x >= frame.x &&
+      box.y >= frame.y &&
+      box.x + w <= frame.x + frame.w &&
+      box.y + h <= frame.y + frame.h;
     if (inside && !taken.some((other) => overlap(box, other))) {
       taken.push(box);
       return box;

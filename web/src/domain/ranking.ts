@@ -73,7 +73,10 @@ export interface Ranked {
 
 /** How much a ship deserves to be looked at; alarms outweigh everything, in the order of `byUrgency`. */
 export function noteOf(target: Target, alarm: Alarm | null, dangerScale: number): number {
-  if (alarm) return (alarm.state === "acknowledged" ? 10 : 20) + Math.exp(-Math.max(alarm.tcpa_s, -60) / 900);
+  if (alarm)
+    return (
+      (alarm.state === "acknowledged" ? 10 : 20) + Math.exp(-Math.max(alarm.tcpa_s, -60) / 900)
+    );
   const danger = Math.max(0, dangerOf(target) ?? 0) / dangerScale;
   return (target.attention ?? 0) + danger + Math.abs(target.intention ?? 0) + closeness(target);
 }

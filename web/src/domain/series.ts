@@ -21,8 +21,12 @@ export function priorities(frames: readonly Frame[]): Table {
 
 /** Degrees of rudder with nobody there, and each named ship's share: they add up to the rudder. */
 export function movers(frames: readonly Frame[], ids: readonly string[]): Table {
-  const [time, ...ships] = ofShips(frames, ids, (t) => (t.shapley_rad == null ? null : degrees(t.shapley_rad)));
-  const alone = frames.map((f) => (f.decision?.alone_rad == null ? null : degrees(f.decision.alone_rad)));
+  const [time, ...ships] = ofShips(frames, ids, (t) =>
+    t.shapley_rad == null ? null : degrees(t.shapley_rad),
+  );
+  const alone = frames.map((f) =>
+    f.decision?.alone_rad == null ? null : degrees(f.decision.alone_rad),
+  );
   return [time, alone, ...ships];
 }
 
@@ -89,7 +93,9 @@ export function nearest(values: readonly number[], wanted: number): number {
 }
 
 /** What port, midships and starboard would be worth beside the decided rudder (all relative). */
-export function alternatives(frame: Frame): { port: number; midships: number; starboard: number; decided: number } | null {
+export function alternatives(
+  frame: Frame,
+): { port: number; midships: number; starboard: number; decided: number } | null {
   const table = againstMidships(frame, []);
   const decided = frame.decision?.rudder_rad;
   if (!table || decided === undefined) return null;
@@ -104,7 +110,10 @@ export function alternatives(frame: Frame): { port: number; midships: number; st
 }
 
 function interpolated(xs: number[], ys: number[], x: number): number {
-  const k = Math.max(1, xs.findIndex((v) => v >= x));
+  const k = Math.max(
+    1,
+    xs.findIndex((v) => v >= x),
+  );
   const [x0, x1] = [xs[k - 1]!, xs[k]!];
   const share = x1 === x0 ? 0 : Math.min(Math.max((x - x0) / (x1 - x0), 0), 1);
   return ys[k - 1]! + share * (ys[k]! - ys[k - 1]!);

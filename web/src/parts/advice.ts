@@ -4,9 +4,7 @@ import { css, html, LitElement, nothing, svg } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { steered } from "../domain/steered";
-import {
-  age, course, degrees, rateOfTurn, rudder, rudderWords, speed,
-} from "../domain/units";
+import { age, course, degrees, rateOfTurn, rudder, rudderWords, speed } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import type { Banded, Frame } from "../wire";
@@ -115,7 +113,9 @@ export class Advice extends LitElement {
 
   override render() {
     const frame = store.frame;
-    if (!frame) return html`<h2>Rudder advice</h2><p class="soft">${store.liveness.text}</p>`;
+    if (!frame)
+      return html`<h2>Rudder advice</h2>
+        <p class="soft">${store.liveness.text}</p>`;
     const stale = store.liveness.state === "stale";
     const decision = frame.decision ?? null;
     const ground = !steered(frame);
@@ -127,17 +127,32 @@ export class Advice extends LitElement {
         <span class="mode soft">${this.mode(frame, stale)}</span>
       </header>
       <div class=${stale ? "order stale" : "order"} role="status" aria-label="Rudder advice">
-        ${words
-          ? html`<span class="side">${words.side}</span><span class="angle number">${words.angle}</span>`
-          : html`<span class="side soft">No advice</span>`}
+        ${
+          words
+            ? html`<span class="side">${words.side}</span
+                ><span class="angle number">${words.angle}</span>`
+            : html`<span class="side soft">No advice</span>`
+        }
       </div>
       ${gauge(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
       ${bandWords(band, stale ? null : store.banded, store.settings.all.level)}
       <dl class="number">
-        <div><dt>Rudder</dt><dd>${frame.own.rudder_rad == null ? "no sensor" : rudder(frame.own.rudder_rad)}</dd></div>
-        <div><dt>${ground ? "COG" : "Heading"}</dt><dd>${course(frame.own.heading_rad)}</dd></div>
-        <div><dt>${ground ? "SOG" : "Speed"}</dt><dd>${speed(frame.own.speed_m_s)} kn</dd></div>
-        <div><dt>Rate of turn</dt><dd>${rateOfTurn(frame.own.rate_of_turn_rad_s)}</dd></div>
+        <div>
+          <dt>Rudder</dt>
+          <dd>${frame.own.rudder_rad == null ? "no sensor" : rudder(frame.own.rudder_rad)}</dd>
+        </div>
+        <div>
+          <dt>${ground ? "COG" : "Heading"}</dt>
+          <dd>${course(frame.own.heading_rad)}</dd>
+        </div>
+        <div>
+          <dt>${ground ? "SOG" : "Speed"}</dt>
+          <dd>${speed(frame.own.speed_m_s)} kn</dd>
+        </div>
+        <div>
+          <dt>Rate of turn</dt>
+          <dd>${rateOfTurn(frame.own.rate_of_turn_rad_s)}</dd>
+        </div>
       </dl>
     `;
   }
@@ -145,7 +160,8 @@ export class Advice extends LitElement {
   private mode(frame: Frame, stale: boolean): string {
     const guards = frame.guard?.steers === true;
     const advises = guards ? "guard advises" : "advises only";
-    const who = frame.decision?.applied === false ? advises : `${guards ? "guard" : "pilot"} steers`;
+    const who =
+      frame.decision?.applied === false ? advises : `${guards ? "guard" : "pilot"} steers`;
     if (store.session?.mode === "replay") return guards ? "recorded, guard's" : "recorded decision";
     const old = store.heardAge_s;
     return stale && old !== null ? `${age(old)} old` : who;
@@ -168,24 +184,47 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
   const [actual, order] = [frame.own.rudder_rad, frame.decision?.rudder_rad];
   const other = compare?.decision?.rudder_rad;
   return html`
-    <svg viewBox="0 0 ${width} ${HEIGHT}" height=${HEIGHT} role="img" aria-label="Rudder scale, and the worth of each rudder">
+    <svg
+      viewBox="0 0 ${width} ${HEIGHT}"
+      height=${HEIGHT}
+      role="img"
+      aria-label="Rudder scale, and the worth of each rudder"
+    >
       ${hill(frame, x)}
       <rect x=${x(-limit)} y=${BAR} width=${2 * half} height="12" rx="2" fill="var(--gh-track)" />
-      ${actual == null ? nothing : svg`
+      ${
+        actual == null
+          ? nothing
+          : svg`
         <rect x=${Math.min(x(0), x(actual))} y=${BAR} width=${Math.abs(x(actual) - x(0))} height="12"
           class="fill" />
-        <rect x=${x(actual) - 1.5} y=${BAR - 3} width="3" height="18" fill="var(--gh-ink)" />`}
-      ${marks.map((deg) => svg`
+        <rect x=${x(actual) - 1.5} y=${BAR - 3} width="3" height="18" fill="var(--gh-ink)" />`
+      }
+      ${marks.map(
+        (deg) => svg`
         <line x1=${x(rad(deg))} x2=${x(rad(deg))} y1=${BAR + 14} y2=${BAR + (deg % 5 ? 18 : 22)} class="line" />
-        ${deg && Math.abs(deg) !== most ? nothing : svg`
+        ${
+          deg && Math.abs(deg) !== most
+            ? nothing
+            : svg`
           <text x=${x(rad(deg))} y=${BAR + 33} text-anchor="middle">
-            ${deg === 0 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`}</text>`}`)}
+            ${deg === 0 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`}</text>`
+        }`,
+      )}
       ${bandMark(band, x, BAR)}
-      ${other == null ? nothing : svg`
+      ${
+        other == null
+          ? nothing
+          : svg`
         <path d="M${x(other)} ${BAR} l-7 -12 h14 z" fill="var(--gh-panel)" stroke="var(--gh-compare)"
-          stroke-width="2" />`}
-      ${order == null ? nothing : svg`
-        <path class="order-mark" d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`}
+          stroke-width="2" />`
+      }
+      ${
+        order == null
+          ? nothing
+          : svg`
+        <path class="order-mark" d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`
+      }
     </svg>
   `;
 }
@@ -196,7 +235,8 @@ function hill(frame: Frame, x: (rad: number) => number) {
   if (!sweep) return nothing;
   const total = sweep.waypoint.map((w, k) => w + (sweep.collision[k] ?? 0));
   const [low, high] = [Math.min(...total), Math.max(...total)];
-  const up = (v: number): number => BAR - 1 - (high > low ? (v - low) / (high - low) : 0) * (BAR - 4);
+  const up = (v: number): number =>
+    BAR - 1 - (high > low ? (v - low) / (high - low) : 0) * (BAR - 4);
   const edge = total.map((v, k) => `${x(sweep.rudder_rad[k]!).toFixed(1)} ${up(v).toFixed(1)}`);
   const first = x(sweep.rudder_rad[0]!).toFixed(1);
   const last = x(sweep.rudder_rad.at(-1)!).toFixed(1);

@@ -110,13 +110,15 @@ export class AlarmStrip extends LitElement {
       <ul aria-label="CPA alarms">
         ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
         ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
-        ${open.length > 1 && !store.viewOnly
-          ? html`<li class="all">
-              <button @click=${() => open.forEach((a) => this.acknowledge(a))}>
-                Acknowledge all ${open.length}
-              </button>
-            </li>`
-          : nothing}
+        ${
+          open.length > 1 && !store.viewOnly
+            ? html`<li class="all">
+                <button @click=${() => open.forEach((a) => this.acknowledge(a))}>
+                  Acknowledge all ${open.length}
+                </button>
+              </li>`
+            : nothing
+        }
       </ul>
       <span class="advisory">Advisory, not type-approved</span>
     `;
@@ -129,10 +131,16 @@ export class AlarmStrip extends LitElement {
         <button class="cause number" @click=${() => store.select(alarm.target)}>
           CPA ${shipName(alarm.name)} ${miles(alarm.dcpa_m)} NM in ${clock(alarm.tcpa_s)}
         </button>
-        ${alarm.state === "unacknowledged" && !store.viewOnly
-          ? html`<button @click=${() => this.acknowledge(alarm)}
-              aria-label="Acknowledge the alarm of ${alarm.name}">Acknowledge</button>`
-          : nothing}
+        ${
+          alarm.state === "unacknowledged" && !store.viewOnly
+            ? html`<button
+                @click=${() => this.acknowledge(alarm)}
+                aria-label="Acknowledge the alarm of ${alarm.name}"
+              >
+                Acknowledge
+              </button>`
+            : nothing
+        }
       </li>
     `;
   }

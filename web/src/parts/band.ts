@@ -70,5 +70,6 @@ export function bandWords(told: Banded | null, last: Banded | null, level: Level
   if (!shown?.band) return nothing;
   const kind = { certain: true, unsure: !shown.short.startsWith("certain"), unseen: !told };
   return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${told ? nothing : "true"}>
-    <strong>${shown.short}</strong>${level > 1 ? shown.full : nothing}</p>`;
+    <strong>${shown.short}</strong>${level > 1 ? shown.full : nothing}
+  </p>`;
 }

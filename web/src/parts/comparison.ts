@@ -59,23 +59,25 @@ export class Comparison extends LitElement {
     const both = compared(store.frames, store.compareFrames);
     return html`
       <h2>Two pilots, same encounter</h2>
-      ${both
-        ? html`<table class="number">
-            <thead>
-              <tr>
-                <th scope="col">Pilot</th>
-                <th scope="col">Rudder</th>
-                <th scope="col">Nearest so far [NM]</th>
-                <th scope="col">In domain</th>
-                <th scope="col">Turned</th>
-                <th scope="col">Reward</th>
-              </tr>
-            </thead>
-            <tbody>
-              ${row(both[0], "mine")} ${row(both[1], "other")}
-            </tbody>
-          </table>`
-        : html`<p class="soft">Waiting for ${store.session.compare}.</p>`}
+      ${
+        both
+          ? html`<table class="number">
+              <thead>
+                <tr>
+                  <th scope="col">Pilot</th>
+                  <th scope="col">Rudder</th>
+                  <th scope="col">Nearest so far [NM]</th>
+                  <th scope="col">In domain</th>
+                  <th scope="col">Turned</th>
+                  <th scope="col">Reward</th>
+                </tr>
+              </thead>
+              <tbody>
+                ${row(both[0], "mine")} ${row(both[1], "other")}
+              </tbody>
+            </table>`
+          : html`<p class="soft">Waiting for ${store.session.compare}.</p>`
+      }
     `;
   }
 }
@@ -84,7 +86,9 @@ function row(told: Account, kind: string) {
   return html`<tr class=${kind}>
     <th scope="row">${told.pilot}</th>
     <td>${told.rudder_rad === null ? "–" : rudder(told.rudder_rad)}</td>
-    <td>${told.nearest_m === null ? "–" : `${miles(told.nearest_m)} ${shipName(told.nearest!, 10)}`}</td>
+    <td>
+      ${told.nearest_m === null ? "–" : `${miles(told.nearest_m)} ${shipName(told.nearest!, 10)}`}
+    </td>
     <td>${age(told.inside_s)}</td>
     <td>${Math.round(degrees(told.turned_rad))}°</td>
     <td>${told.reward === null ? "–" : told.reward.toFixed(1).replace("-", "−")}</td>

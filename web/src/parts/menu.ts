@@ -125,10 +125,16 @@ export class Menu extends LitElement {
           <button @click=${() => this.dialog.close()}>Close</button>
         </header>
         <div class="columns">
-          ${store.viewOnly
-            ? html`<div><p>${VIEW_ONLY}</p>${this.notes()}</div><div>${this.limits()} ${this.keys()}</div>`
-            : html`<div>${this.opening()} ${this.replaying()} ${this.notes()}</div>
-                <div>${this.steering()} ${this.limits()} ${this.keys()}</div>`}
+          ${
+            store.viewOnly
+              ? html`<div>
+                    <p>${VIEW_ONLY}</p>
+                    ${this.notes()}
+                  </div>
+                  <div>${this.limits()} ${this.keys()}</div>`
+              : html`<div>${this.opening()} ${this.replaying()} ${this.notes()}</div>
+                  <div>${this.steering()} ${this.limits()} ${this.keys()}</div>`
+          }
         </div>
       </dialog>
     `;
@@ -140,30 +146,48 @@ export class Menu extends LitElement {
     return html`
       <section aria-label="Open">
         <h2>Open an encounter</h2>
-        <label>Encounter
+        <label
+          >Encounter
           <select id="scenario" @change=${(e: Event) => (this.source = value(e))}>
             ${known ? nothing : html`<option value=${this.source} selected>${this.source || "choose"}</option>`}
-            ${KINDS.map(([kind, title]) => group(title, scenarios.filter((s) => s.kind === kind), this.source))}
+            ${KINDS.map(([kind, title]) =>
+              group(
+                title,
+                scenarios.filter((s) => s.kind === kind),
+                this.source,
+              ),
+            )}
           </select>
         </label>
-        <label>or its name
-          <input id="source" type="text" .value=${this.source} spellcheck="false" autocomplete="off"
-            @input=${(e: Event) => (this.source = value(e))} placeholder="random:35" />
+        <label
+          >or its name
+          <input
+            id="source"
+            type="text"
+            .value=${this.source}
+            spellcheck="false"
+            autocomplete="off"
+            @input=${(e: Event) => (this.source = value(e))}
+            placeholder="random:35"
+          />
         </label>
         <div class="row">
-          <label>Pilot
+          <label
+            >Pilot
             <select id="open-pilot" @change=${(e: Event) => (this.pilot = value(e))}>
               <option value="" ?selected=${!this.pilot}>as now</option>
               ${this.pilots(this.pilot)}
             </select>
           </label>
-          <button class="go" id="open" ?disabled=${!this.source.trim()} @click=${this.openIt}>Open</button>
+          <button class="go" id="open" ?disabled=${!this.source.trim()} @click=${this.openIt}>
+            Open
+          </button>
         </div>
       </section>
     `;
   }
 
-  private openIt(): void {
+  private readonly openIt = (): void => {
     const name = this.pilot || store.session?.pilot;
     const pilot = store.catalogue?.pilots.find((p) => p.name === name);
     store.send({
@@ -173,7 +197,7 @@ export class Menu extends LitElement {
       ...(pilot?.ship ? { ship: pilot.ship } : {}),
     });
     this.dialog.close();
-  }
+  };
 
   private pilots(chosen: string | null) {
     return (store.catalogue?.pilots ?? []).map(
@@ -185,16 +209,26 @@ export class Menu extends LitElement {
     const session = store.session;
     return html`
       <section aria-label="Pilot">
-        <h2>${session?.mode === "recorded" || session?.mode === "live" ? "Who advises" : "Who steers"}</h2>
-        <label>Pilot
-          <select id="pilot" ?disabled=${!session || session.mode === "replay"}
-            @change=${(e: Event) => store.send({ type: "pilot", name: value(e) })}>
+        <h2>
+          ${session?.mode === "recorded" || session?.mode === "live" ? "Who advises" : "Who steers"}
+        </h2>
+        <label
+          >Pilot
+          <select
+            id="pilot"
+            ?disabled=${!session || session.mode === "replay"}
+            @change=${(e: Event) => store.send({ type: "pilot", name: value(e) })}
+          >
             ${this.pilots(session?.pilot ?? null)}
           </select>
         </label>
-        <label>Compare with
-          <select id="compare" ?disabled=${!session || session.mode === "replay"}
-            @change=${(e: Event) => store.send({ type: "compare", name: value(e) || null })}>
+        <label
+          >Compare with
+          <select
+            id="compare"
+            ?disabled=${!session || session.mode === "replay"}
+            @change=${(e: Event) => store.send({ type: "compare", name: value(e) || null })}
+          >
             <option value="" ?selected=${!session?.compare}>nobody</option>
             ${this.pilots(session?.compare ?? null)}
           </select>
@@ -208,27 +242,34 @@ export class Menu extends LitElement {
     return html`
       <section aria-label="Replay">
         <h2>Replay a voyage</h2>
-        ${logs.length
-          ? html`<div class="row">
-              <label>Log
-                <select id="log">
-                  ${logs.map((l) => html`<option value=${l.name}>
-                    ${l.name.replace(/\.jsonl$/, "")} ${l.frames == null ? "" : `(${l.frames} frames)`}
-                  </option>`)}
-                </select>
-              </label>
-              <button id="replay" class="go" @click=${this.replay}>Replay</button>
-            </div>`
-          : html`<p class="soft">No voyage has been recorded yet.</p>`}
+        ${
+          logs.length
+            ? html`<div class="row">
+                <label
+                  >Log
+                  <select id="log">
+                    ${logs.map(
+                      (l) =>
+                        html`<option value=${l.name}>
+                          ${l.name.replace(/\.jsonl$/, "")}
+                          ${l.frames == null ? "" : `(${l.frames} frames)`}
+                        </option>`,
+                    )}
+                  </select>
+                </label>
+                <button id="replay" class="go" @click=${this.replay}>Replay</button>
+              </div>`
+            : html`<p class="soft">No voyage has been recorded yet.</p>`
+        }
       </section>
     `;
   }
 
-  private replay(): void {
+  private readonly replay = (): void => {
     const log = this.renderRoot.querySelector<HTMLSelectElement>("#log")?.value;
     if (log) store.send({ type: "replay", log });
     this.dialog.close();
-  }
+  };
 
   private limits() {
     const limits = store.limits;
@@ -237,35 +278,58 @@ export class Menu extends LitElement {
         <h2>CPA alarm</h2>
         <p class="soft">Raised when both are undercut, whatever the pilot thinks.</p>
         <form class="row" @submit=${this.setLimits}>
-          <label>CPA [NM]
-            <input id="dcpa" name="dcpa" type="number" min="0" max="10" step="0.05" required
+          <label
+            >CPA [NM]
+            <input
+              id="dcpa"
+              name="dcpa"
+              type="number"
+              min="0"
+              max="10"
+              step="0.05"
+              required
               ?disabled=${store.viewOnly}
-              .value=${limits ? nm(limits.dcpa_m).toFixed(2) : ""} />
+              .value=${limits ? nm(limits.dcpa_m).toFixed(2) : ""}
+            />
           </label>
-          <label>TCPA [min]
-            <input id="tcpa" name="tcpa" type="number" min="0" max="60" step="1" required
+          <label
+            >TCPA [min]
+            <input
+              id="tcpa"
+              name="tcpa"
+              type="number"
+              min="0"
+              max="60"
+              step="1"
+              required
               ?disabled=${store.viewOnly}
-              .value=${limits ? String(limits.tcpa_s / 60) : ""} />
+              .value=${limits ? String(limits.tcpa_s / 60) : ""}
+            />
           </label>
           ${store.viewOnly ? nothing : html`<button id="set-limits">Set</button>`}
         </form>
         <label class="sound">
-          <span><input type="checkbox" .checked=${store.settings.all.sound}
-            @change=${(e: Event) => store.settings.set({ sound: (e.target as HTMLInputElement).checked })} />
-            Sound while an alarm is not acknowledged</span>
+          <span
+            ><input
+              type="checkbox"
+              .checked=${store.settings.all.sound}
+              @change=${(e: Event) => store.settings.set({ sound: (e.target as HTMLInputElement).checked })}
+            />
+            Sound while an alarm is not acknowledged</span
+          >
         </label>
       </section>
     `;
   }
 
-  private setLimits(event: SubmitEvent): void {
+  private readonly setLimits = (event: SubmitEvent): void => {
     event.preventDefault();
     const data = new FormData(event.target as HTMLFormElement);
     store.setLimits({
       dcpa_m: metres(Number(data.get("dcpa"))),
       tcpa_s: 60 * Number(data.get("tcpa")),
     });
-  }
+  };
 
   private notes() {
     const session = store.session;
@@ -274,10 +338,18 @@ export class Menu extends LitElement {
       <section aria-label="About">
         <h2>About this session</h2>
         <dl>
-          <dt>Source</dt><dd>${session?.source ?? "–"}</dd>
-          <dt>Own ship</dt><dd>${session?.ship ?? "–"}</dd>
-          ${hash ? html`<dt>Weights</dt><dd title=${hash}>${hash.slice(0, 12)}</dd>` : nothing}
-          <dt>Glasshelm</dt><dd>${store.version || "–"}</dd>
+          <dt>Source</dt>
+          <dd>${session?.source ?? "–"}</dd>
+          <dt>Own ship</dt>
+          <dd>${session?.ship ?? "–"}</dd>
+          ${
+            hash
+              ? html`<dt>Weights</dt>
+                  <dd title=${hash}>${hash.slice(0, 12)}</dd>`
+              : nothing
+          }
+          <dt>Glasshelm</dt>
+          <dd>${store.version || "–"}</dd>
         </dl>
         ${session?.notes.map((note) => html`<p class="soft">${note}</p>`)}
       </section>
@@ -288,7 +360,13 @@ export class Menu extends LitElement {
     return html`
       <section aria-label="Keys">
         <h2>Keys</h2>
-        <dl>${KEYS.filter(([, , whose]) => !whose || !store.viewOnly).map(([key, what]) => html`<dt>${key}</dt><dd>${what}</dd>`)}</dl>
+        <dl>
+          ${KEYS.filter(([, , whose]) => !whose || !store.viewOnly).map(
+            ([key, what]) =>
+              html`<dt>${key}</dt>
+                <dd>${what}</dd>`,
+          )}
+        </dl>
       </section>
     `;
   }
@@ -301,4 +379,5 @@ function group(title: string, entries: SourceEntry[], chosen: string) {
   </optgroup>`;
 }
 
-const value = (event: Event): string => (event.target as HTMLSelectElement | HTMLInputElement).value;
+const value = (event: Event): string =>
+  (event.target as HTMLSelectElement | HTMLInputElement).value;

@@ -4,7 +4,12 @@ import { css, html, LitElement } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import {
-  ringText, SCALES_NM, stepped, TRAIL_MINUTES, VECTOR_MINUTES, type Orientation,
+  ringText,
+  SCALES_NM,
+  stepped,
+  TRAIL_MINUTES,
+  VECTOR_MINUTES,
+  type Orientation,
 } from "../domain/view";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
@@ -77,43 +82,90 @@ export class PlanBar extends LitElement {
     const set = store.settings.set.bind(store.settings);
     return html`
       <span class="set" role="group" aria-label="Range scale">
-        <button class="step" aria-label="Smaller range" ?disabled=${range_nm === SCALES_NM[0]}
-          @click=${() => this.range(-1)}>−</button>
+        <button
+          class="step"
+          aria-label="Smaller range"
+          ?disabled=${range_nm === SCALES_NM[0]}
+          @click=${() => this.range(-1)}
+        >
+          −
+        </button>
         <span class="range number">${range_nm} NM<small>rings ${ringText(range_nm)}</small></span>
-        <button class="step" aria-label="Larger range" ?disabled=${range_nm === SCALES_NM.at(-1)}
-          @click=${() => this.range(1)}>+</button>
+        <button
+          class="step"
+          aria-label="Larger range"
+          ?disabled=${range_nm === SCALES_NM.at(-1)}
+          @click=${() => this.range(1)}
+        >
+          +
+        </button>
       </span>
       <span class="group" role="group" aria-label="Orientation">
         ${ORIENTATIONS.map(
-          ([value, label, title]) => html`<button title=${title} aria-pressed=${orientation === value}
-            @click=${() => set({ orientation: value })}>${label}</button>`,
+          ([value, label, title]) =>
+            html`<button
+              title=${title}
+              aria-pressed=${orientation === value}
+              @click=${() => set({ orientation: value })}
+            >
+              ${label}
+            </button>`,
         )}
       </span>
       <span class="group" role="group" aria-label="Motion">
-        <button title="Relative motion (M)" aria-pressed=${motion === "relative"}
-          @click=${() => set({ motion: "relative" })}>RM</button>
-        <button title="True motion (M)" aria-pressed=${motion === "true"}
-          @click=${() => set({ motion: "true" })}>TM</button>
+        <button
+          title="Relative motion (M)"
+          aria-pressed=${motion === "relative"}
+          @click=${() => set({ motion: "relative" })}
+        >
+          RM
+        </button>
+        <button
+          title="True motion (M)"
+          aria-pressed=${motion === "true"}
+          @click=${() => set({ motion: "true" })}
+        >
+          TM
+        </button>
       </span>
       <span class="set">
         <span class="soft">Vectors</span>
         <span class="group" role="group" aria-label="Vectors">
-          <button title="True vectors (V)" aria-pressed=${vectors === "true"}
-            @click=${() => set({ vectors: "true" })}>T</button>
-          <button title="Relative vectors (V)" aria-pressed=${vectors === "relative"}
-            @click=${() => set({ vectors: "relative" })}>R</button>
+          <button
+            title="True vectors (V)"
+            aria-pressed=${vectors === "true"}
+            @click=${() => set({ vectors: "true" })}
+          >
+            T
+          </button>
+          <button
+            title="Relative vectors (V)"
+            aria-pressed=${vectors === "relative"}
+            @click=${() => set({ vectors: "relative" })}
+          >
+            R
+          </button>
         </span>
-        <select aria-label="Vector time" .value=${String(vector_min)}
-          @change=${(e: Event) => set({ vector_min: chosen(e) })}>
+        <select
+          aria-label="Vector time"
+          .value=${String(vector_min)}
+          @change=${(e: Event) => set({ vector_min: chosen(e) })}
+        >
           ${VECTOR_MINUTES.map((m) => html`<option value=${m} ?selected=${m === vector_min}>${m} min</option>`)}
         </select>
       </span>
       <label>
         <span class="soft">Trails ${motion === "relative" ? "R" : "T"}</span>
-        <select aria-label="Trail time" .value=${String(trail_min)}
-          @change=${(e: Event) => set({ trail_min: chosen(e) })}>
+        <select
+          aria-label="Trail time"
+          .value=${String(trail_min)}
+          @change=${(e: Event) => set({ trail_min: chosen(e) })}
+        >
           ${TRAIL_MINUTES.map(
-            (m) => html`<option value=${m} ?selected=${m === trail_min}>${m ? `${m} min` : "off"}</option>`,
+            (m) =>
+              html`<option value=${m} ?selected=${m === trail_min}>
+                ${m ? `${m} min` : "off"}
+              </option>`,
           )}
         </select>
       </label>

@@ -128,7 +128,8 @@ export class Plot extends LitElement {
       scales: {
         x: {
           time: false,
-          range: (_, low, high) => this.spec.xRange ?? [low ?? 0, Math.max(high ?? 1, (low ?? 0) + 1)],
+          range: (_, low, high) =>
+            this.spec.xRange ?? [low ?? 0, Math.max(high ?? 1, (low ?? 0) + 1)],
         },
         y: { range: (_, low, high) => this.yRange(low, high) },
       },
@@ -145,16 +146,14 @@ export class Plot extends LitElement {
       ],
       series: [
         {},
-        ...this.spec.lines.map(
-          (line): uPlot.Series => ({
-            label: line.label,
-            stroke: line.colour,
-            width: line.width ?? 1.6,
-            points: { show: false },
-            spanGaps: false,
-            ...(line.dash ? { dash: line.dash } : {}),
-          }),
-        ),
+        ...this.spec.lines.map((line): uPlot.Series => ({
+          label: line.label,
+          stroke: line.colour,
+          width: line.width ?? 1.6,
+          points: { show: false },
+          spanGaps: false,
+          ...(line.dash ? { dash: line.dash } : {}),
+        })),
       ],
       hooks: {
         draw: [(u) => this.marks(u)],

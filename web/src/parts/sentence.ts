@@ -63,15 +63,17 @@ export class SentencePanel extends LitElement {
     const { level } = store.settings.all;
     if (!store.frame) return nothing;
     return html`
-      ${sentence
-        ? html`
-            <div class=${level > 1 ? "small" : ""}>
-            <p class="what">${this.told(sentence.what)}</p>
-            <p class="why">${this.told(sentence.why)}</p>
-            ${sentence.next ? html`<p class="next">${this.told(sentence.next)}</p>` : nothing}
-            </div>
-          `
-        : html`<p class="soft">This pilot gives no reasons.</p>`}
+      ${
+        sentence
+          ? html`
+              <div class=${level > 1 ? "small" : ""}>
+                <p class="what">${this.told(sentence.what)}</p>
+                <p class="why">${this.told(sentence.why)}</p>
+                ${sentence.next ? html`<p class="next">${this.told(sentence.next)}</p>` : nothing}
+              </div>
+            `
+          : html`<p class="soft">This pilot gives no reasons.</p>`
+      }
     `;
   }
 

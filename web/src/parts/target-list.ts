@@ -5,7 +5,16 @@ import { customElement, state } from "lit/decorators.js";
 
 import { PLACES } from "../domain/colours";
 import { dangerOf, largestIntention, roundScale, type Ranked } from "../domain/ranking";
-import { age, amount, clock, course, miles, relativeBearing, shipName, speed } from "../domain/units";
+import {
+  age,
+  amount,
+  clock,
+  course,
+  miles,
+  relativeBearing,
+  shipName,
+  speed,
+} from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import { chip, colourOf } from "./chip";
@@ -19,8 +28,11 @@ const SEEN = 4;
 const OLD_S = 60;
 
 const ENCOUNTERS: Record<Encounter["type"], string> = {
-  "head-on": "Head-on", crossing: "Crossing", overtaking: "Overtaking",
-  overtaken: "Overtaken", none: "–",
+  "head-on": "Head-on",
+  crossing: "Crossing",
+  overtaking: "Overtaking",
+  overtaken: "Overtaken",
+  none: "–",
 };
 
 @customElement("gh-target-list")
@@ -38,23 +50,33 @@ export class TargetList extends LitElement {
     const frame = store.frame;
     const { level } = store.settings.all;
     const rows = store.rows;
-    const shown = this.everyone ? rows : rows.filter((row) => store.book.place(row.target.id) !== null);
+    const shown = this.everyone
+      ? rows
+      : rows.filter((row) => store.book.place(row.target.id) !== null);
     this.style.setProperty("--rows", String(Math.min(shown.length, SEEN)));
-    const scale = { danger: store.dangerScale, intention: frame ? roundScale(largestIntention(frame), 0.05) : 1 };
+    const scale = {
+      danger: store.dangerScale,
+      intention: frame ? roundScale(largestIntention(frame), 0.05) : 1,
+    };
     const critic = rows.some((r) => dangerOf(r.target) !== null);
     const attentive = rows.some((r) => r.target.attention != null);
     return html`
       <header>
         <h2>Ships <span class="count">${rows.length}</span></h2>
-        ${rows.length > FEW
-          ? html`<button class="few" aria-expanded=${this.everyone} @click=${this.toggle}>
-              ${this.everyone ? "Fewer" : `All ${rows.length}`}
-            </button>`
-          : nothing}
+        ${
+          rows.length > FEW
+            ? html`<button class="few" aria-expanded=${this.everyone} @click=${this.toggle}>
+                ${this.everyone ? "Fewer" : `All ${rows.length}`}
+              </button>`
+            : nothing
+        }
       </header>
       <div class="scroll" tabindex="0" role="region" aria-label="List of ships">
         <table>
-          <caption class="hidden">Ships, those under alarm first, then ${rows.some((r) => r.target.intention != null) ? "the largest intention" : "the most urgent"}</caption>
+          <caption class="hidden">
+            Ships, those under alarm first, then
+            ${rows.some((r) => r.target.intention != null) ? "the largest intention" : "the most urgent"}
+          </caption>
           <thead>
             <tr>
               <th scope="col">Ship</th>
@@ -65,10 +87,13 @@ export class TargetList extends LitElement {
               <th scope="col" class="right">TCPA</th>
               <th scope="col">Meeting</th>
               ${level > 1 ? html`<th scope="col" class="right c-range">Range</th>` : nothing}
-              ${level > 2 ? html`
-                <th scope="col" class="right c-bearing">Bearing</th>
-                <th scope="col" class="right c-course">Course</th>
-                <th scope="col" class="right c-course">kn</th>` : nothing}
+              ${
+                level > 2
+                  ? html` <th scope="col" class="right c-bearing">Bearing</th>
+                      <th scope="col" class="right c-course">Course</th>
+                      <th scope="col" class="right c-course">kn</th>`
+                  : nothing
+              }
               <th scope="col" class="right">Age</th>
             </tr>
           </thead>
@@ -81,9 +106,9 @@ export class TargetList extends LitElement {
     `;
   }
 
-  private toggle(): void {
+  private readonly toggle = (): void => {
     this.everyone = !this.everyone;
-  }
+  };
 
   private row(
     row: Ranked,
@@ -111,9 +136,16 @@ export class TargetList extends LitElement {
         @click=${() => store.select(target.id)}
       >
         <th scope="row">
-          <button class="ship" aria-pressed=${target.id === store.selected}
-            @click=${(e: Event) => { e.stopPropagation(); store.select(target.id); }}
-            @focus=${() => store.hover(target.id)} @blur=${() => store.hover(null)}>
+          <button
+            class="ship"
+            aria-pressed=${target.id === store.selected}
+            @click=${(e: Event) => {
+              e.stopPropagation();
+              store.select(target.id);
+            }}
+            @focus=${() => store.hover(target.id)}
+            @blur=${() => store.hover(null)}
+          >
             ${chip(target.id)}
             <span class="name" title=${target.name}>${shipName(target.name)}</span>
           </button>
@@ -122,13 +154,18 @@ export class TargetList extends LitElement {
         ${attentive && level > 1 ? html`<td>${shareBar(target.attention)}</td>` : nothing}
         ${attentive ? html`<td>${signedBar(target.intention, scale.intention)}</td>` : nothing}
         <td class="right number ${alarm ? "red" : ""}">${miles(target.dcpa_m)}</td>
-        <td class="right number ${alarm ? "red" : ""} ${opening ? "soft" : ""}">${opening ? "past" : clock(target.tcpa_s)}</td>
+        <td class="right number ${alarm ? "red" : ""} ${opening ? "soft" : ""}">
+          ${opening ? "past" : clock(target.tcpa_s)}
+        </td>
         <td class="meeting">${meeting(store.encounter(target.id), level)}</td>
         ${level > 1 ? html`<td class="right number c-range">${miles(target.range_m)}</td>` : nothing}
-        ${level > 2 ? html`
-          <td class="right number c-bearing">${relativeBearing(target.bearing_rad)}</td>
-          <td class="right number c-course">${course(target.course_rad)}</td>
-          <td class="right number c-course">${speed(target.speed_m_s)}</td>` : nothing}
+        ${
+          level > 2
+            ? html` <td class="right number c-bearing">${relativeBearing(target.bearing_rad)}</td>
+                <td class="right number c-course">${course(target.course_rad)}</td>
+                <td class="right number c-course">${speed(target.speed_m_s)}</td>`
+            : nothing
+        }
         <td class="right number age ${old ? "old" : ""}">
           ${target.lost ? html`<strong>lost</strong> ` : nothing}${target.age_s == null ? "–" : age(target.age_s)}
         </td>
@@ -143,7 +180,8 @@ function meeting(encounter: Encounter | null, level: number) {
   const rule = encounter.rule ? `R${encounter.rule}` : "";
   if (level === 1)
     return html`<span title="${ENCOUNTERS[encounter.type]}, ${role}, Rule ${encounter.rule}"
-      >${ENCOUNTERS[encounter.type]}<br /><span class="soft">${role}</span></span>`;
+      >${ENCOUNTERS[encounter.type]}<br /><span class="soft">${role}</span></span
+    >`;
   return html`${ENCOUNTERS[encounter.type]} <span class="soft">${rule}<br />${role}</span>`;
 }
 

@@ -27,7 +27,8 @@ const PALETTE_ICONS: Record<Palette, unknown> = {
 
 const MODES = { simulated: "Simulated", recorded: "Recorded", live: "Live", replay: "Replay" };
 
-export const VIEW_ONLY = "You look on: what is sailed, its time and its alarms are the owner's to change.";
+export const VIEW_ONLY =
+  "You look on: what is sailed, its time and its alarms are the owner's to change.";
 
 @customElement("gh-top-bar")
 export class TopBar extends LitElement {
@@ -142,9 +143,13 @@ export class TopBar extends LitElement {
       <span class="name">Glasshelm</span>
       <div class="title">
         <div><strong>${session?.title ?? "No session"}</strong></div>
-        ${store.preparing
-          ? html`<div class="preparing" role="status">Preparing ${store.preparing} …</div>`
-          : html`<div class="soft">${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}</div>`}
+        ${
+          store.preparing
+            ? html`<div class="preparing" role="status">Preparing ${store.preparing} …</div>`
+            : html`<div class="soft">
+                ${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}
+              </div>`
+        }
       </div>
       <span class="state" data-state=${liveness.state} role="status">${liveness.text}</span>
       ${store.viewOnly ? html`<span class="view-only" title=${VIEW_ONLY}>View only</span>` : nothing}
@@ -181,7 +186,7 @@ export class TopBar extends LitElement {
     `;
   }
 
-  private menu(): void {
+  private readonly menu = (): void => {
     this.dispatchEvent(new CustomEvent("menu", { bubbles: true, composed: true }));
-  }
+  };
 }

@@ -36,14 +36,14 @@ export class Transport extends LitElement {
       input::-webkit-slider-runnable-track {
         height: 6px;
         border-radius: 3px;
-        background: linear-gradient(var(--gh-accent), var(--gh-accent)) 0 / var(--share) 100% no-repeat
-          var(--gh-track);
+        background: linear-gradient(var(--gh-accent), var(--gh-accent)) 0 / var(--share) 100%
+          no-repeat var(--gh-track);
       }
       input::-moz-range-track {
         height: 6px;
         border-radius: 3px;
-        background: linear-gradient(var(--gh-accent), var(--gh-accent)) 0 / var(--share) 100% no-repeat
-          var(--gh-track);
+        background: linear-gradient(var(--gh-accent), var(--gh-accent)) 0 / var(--share) 100%
+          no-repeat var(--gh-track);
       }
       input::-webkit-slider-thumb {
         appearance: none;
@@ -95,42 +95,61 @@ export class Transport extends LitElement {
     const session = store.session;
     if (!session) return html`<span class="soft">No session</span>`;
     if (session.mode === "live")
-      return html`<span class="live soft">${["Live: the pilot advises on what is heard", ...session.notes].join(" · ")}</span>`;
+      return html`<span class="live soft"
+        >${["Live: the pilot advises on what is heard", ...session.notes].join(" · ")}</span
+      >`;
     const now = this.held ?? store.frame?.time_s ?? session.time_s;
     const end = session.end_s;
     const [from, to] = [session.seekable_from_s, Math.max(end ?? session.seekable_to_s, now)];
     return html`
-      <button class="play" ?disabled=${store.viewOnly} aria-label=${session.playing ? "Pause" : "Play"} title="Space" @click=${toggle}>
+      <button
+        class="play"
+        ?disabled=${store.viewOnly}
+        aria-label=${session.playing ? "Pause" : "Play"}
+        title="Space"
+        @click=${toggle}
+      >
         ${session.playing ? html`<obi-media-pause></obi-media-pause>` : html`<obi-media-play></obi-media-play>`}
       </button>
       <span class="number">${clock(now)}</span>
       <input
-        type="range" aria-label="Time" min=${from} max=${to} step="5" .value=${String(now)}
+        type="range"
+        aria-label="Time"
+        min=${from}
+        max=${to}
+        step="5"
+        .value=${String(now)}
         style="--share: ${to > from ? (100 * (now - from)) / (to - from) : 0}%"
-        aria-valuetext=${clock(now)} ?disabled=${store.viewOnly || to <= from}
+        aria-valuetext=${clock(now)}
+        ?disabled=${store.viewOnly || to <= from}
         @input=${(e: Event) => (this.held = Number((e.target as HTMLInputElement).value))}
         @change=${this.seek}
       />
       <span class="number soft">${end === null ? nothing : clock(end)}</span>
       <label>
         <span class="hidden">Speed</span>
-        <select aria-label="Speed" ?disabled=${store.viewOnly} @change=${(e: Event) =>
-          store.send({ type: "rate", rate: Number((e.target as HTMLSelectElement).value) })}>
+        <select
+          aria-label="Speed"
+          ?disabled=${store.viewOnly}
+          @change=${(e: Event) =>
+            store.send({ type: "rate", rate: Number((e.target as HTMLSelectElement).value) })}
+        >
           ${rates(session.rate).map((r) => html`<option value=${r} ?selected=${r === session.rate}>×${r}</option>`)}
         </select>
       </label>
     `;
   }
 
-  private seek(event: Event): void {
+  private readonly seek = (event: Event): void => {
     seekTo(Number((event.target as HTMLInputElement).value));
     this.held = null;
-  }
+  };
 }
 
 export function toggle(): void {
   const session = store.session;
-  if (session && session.mode !== "live" && !store.viewOnly) store.send({ type: session.playing ? "pause" : "play" });
+  if (session && session.mode !== "live" && !store.viewOnly)
+    store.send({ type: session.playing ? "pause" : "play" });
 }
 
 /** Go to a time, as far as the voyage has been sailed. */

@@ -68,12 +68,15 @@ export class WhatIfPanel extends LitElement {
     return html`
       <div class="ask">
         <h2>What if</h2>
-        ${ship
-          ? html`<span class="group" role="group" aria-label=${`What if ${ship.name}`}>
-              ${OF_SHIP.map(([change, words, title]) =>
-                this.button(words, title, () => store.ask(change, { ship: ship.id })))}
-            </span>`
-          : nothing}
+        ${
+          ship
+            ? html`<span class="group" role="group" aria-label=${`What if ${ship.name}`}>
+                ${OF_SHIP.map(([change, words, title]) =>
+                  this.button(words, title, () => store.ask(change, { ship: ship.id })),
+                )}
+              </span>`
+            : nothing
+        }
         <span class="group" role="group" aria-label="What if own rudder">
           ${[-most, most].map((deg) => {
             const words = `${deg < 0 ? "P" : "S"} ${Math.abs(Number(deg.toFixed(1)))}°`;
@@ -95,7 +98,9 @@ export class WhatIfPanel extends LitElement {
     return html`
       <p>${told.sentence}</p>
       <div class="end soft">
-        <span>Simulated from ${clock(told.time_s)} on, half an hour; other ships do not react.</span>
+        <span
+          >Simulated from ${clock(told.time_s)} on, half an hour; other ships do not react.</span
+        >
         <button @click=${() => store.dismissWhatIf()}>Dismiss</button>
       </div>
     `;

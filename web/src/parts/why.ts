@@ -132,11 +132,20 @@ export class Why extends LitElement {
       cards.push(
         this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
         this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
-        this.ships("Danger", "0 = a ship far off", ids, look, (t) => positive(dangerOf(t)), store.dangerScale, true),
+        this.ships(
+          "Danger",
+          "0 = a ship far off",
+          ids,
+          look,
+          (t) => positive(dangerOf(t)),
+          store.dangerScale,
+          true,
+        ),
         this.priorities(frame, look),
       );
     const shown = cards.filter((card) => card !== null);
-    if (!shown.length) return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
+    if (!shown.length)
+      return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
     return html`<div class="cards ${shown.length > 2 ? "many" : ""}">
       ${shown.map((card) => this.card(card, look))}
     </div>`;
@@ -145,7 +154,10 @@ export class Why extends LitElement {
   private card(card: Card, look: Inks) {
     return html`
       <article>
-        <header title=${card.more ?? card.hint}><h2>${card.title}</h2> <span class="soft">${card.hint}</span></header>
+        <header title=${card.more ?? card.hint}>
+          <h2>${card.title}</h2>
+          <span class="soft">${card.hint}</span>
+        </header>
         <ul>
           ${card.spec.lines.map((line) => this.legend(line))}
         </ul>
@@ -163,7 +175,9 @@ export class Why extends LitElement {
 
   private legend(line: Line) {
     if (!isShip(line.id))
-      return html`<li><i class=${line.dash ? "dashed" : ""} style="color: ${line.colour}"></i>${line.label}</li>`;
+      return html`<li>
+        <i class=${line.dash ? "dashed" : ""} style="color: ${line.colour}"></i>${line.label}
+      </li>`;
     return html`<li
       class=${line.id === store.lit ? "lit" : ""}
       title=${line.label}
@@ -202,14 +216,20 @@ export class Why extends LitElement {
         lines: [
           { id: TOTAL, label: "all", colour: look.ink, width: 2.4 },
           { id: WAYPOINT, label: "course", colour: look.soft, dash: [5, 3] },
-          ...this.lines(ids.filter((id) => shown.has(id)), look),
+          ...this.lines(
+            ids.filter((id) => shown.has(id)),
+            look,
+          ),
         ],
         data: [table.rudder_deg, table.total, table.waypoint, ...table.ships.map((s) => s.values)],
         x: (deg) => (Math.abs(deg) < 0.05 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`),
         xRange: [-limit, limit],
         xEvery: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
         leastY: 0.2,
-        marks: decided === undefined ? [] : [{ at: degrees(decided), colour: look.path, label: "decided" }],
+        marks:
+          decided === undefined
+            ? []
+            : [{ at: degrees(decided), colour: look.path, label: "decided" }],
       },
     };
   }
@@ -272,7 +292,8 @@ export class Why extends LitElement {
       spec: {
         lines: this.lines(told, look),
         data: once(store.frames, `${title} ${told.join(" ")}`, () =>
-          ofShips(store.frames, told, value)),
+          ofShips(store.frames, told, value),
+        ),
         ...this.time(store.frame!, look),
         leastY,
         fromZero,
@@ -312,6 +333,7 @@ function question(decided: number | undefined): string {
   return decided > 0 ? "Why not port?" : "Why not starboard?";
 }
 
-const positive = (value: number | null): number | null => (value === null ? null : Math.max(0, value));
+const positive = (value: number | null): number | null =>
+  value === null ? null : Math.max(0, value);
 const isShip = (id: string | null): id is string =>
   id !== null && id !== WAYPOINT && id !== SHIPS && id !== TOTAL;

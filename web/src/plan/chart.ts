@@ -31,7 +31,10 @@ export function rings(c: Context, scene: Scene): void {
     symbol.text(c, words, p.x, p.y, inks.ringText, null, "center");
   for (const k of [2, 4]) {
     const words = `${Number(((choices.range_nm * k) / RINGS).toFixed(3))}`;
-    const p = { x: at.x + ((radius * k) / RINGS) * 0.7071, y: at.y + ((radius * k) / RINGS) * 0.7071 };
+    const p = {
+      x: at.x + ((radius * k) / RINGS) * 0.7071,
+      y: at.y + ((radius * k) / RINGS) * 0.7071,
+    };
     symbol.text(c, words, p.x, p.y, inks.ringText, inks.sea, "center");
   }
 }
@@ -41,7 +44,10 @@ export function bearings({ view, frame, radius }: Scene): { words: string; p: Po
   const at = view.toScreen(frame.own);
   return Array.from({ length: 12 }, (_, k) => {
     const angle = view.angle(radians(30 * k));
-    const p = { x: at.x + (radius + 20) * Math.sin(angle), y: at.y - (radius + 20) * Math.cos(angle) };
+    const p = {
+      x: at.x + (radius + 20) * Math.sin(angle),
+      y: at.y - (radius + 20) * Math.cos(angle),
+    };
     return { words: String(30 * k).padStart(3, "0"), p };
   });
 }
@@ -53,7 +59,10 @@ export function route(c: Context, scene: Scene): void {
   const far = Math.hypot(to.x - from.x, to.y - from.y);
   if (far < 1) return;
   const most = Math.min(far, 3000);
-  const end = { x: from.x + ((to.x - from.x) * most) / far, y: from.y + ((to.y - from.y) * most) / far };
+  const end = {
+    x: from.x + ((to.x - from.x) * most) / far,
+    y: from.y + ((to.y - from.y) * most) / far,
+  };
   symbol.line(c, from, end, inks.path, 1, [2, 6]);
   if (most === far) symbol.waypoint(c, to, inks.path);
 }

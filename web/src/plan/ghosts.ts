@@ -32,10 +32,13 @@ function ghost(c: Context, scene: Scene, me: Motion, row: Ranked, lit: boolean):
   const cpa = closestApproach(me, target);
   const relative = choices.motion === "relative" && choices.vectors === "relative";
   const [ownThen, targetThen] = relative
-    ? [scene.frame.own, {
-        east_m: scene.frame.own.east_m + cpa.target.east_m - cpa.own.east_m,
-        north_m: scene.frame.own.north_m + cpa.target.north_m - cpa.own.north_m,
-      }]
+    ? [
+        scene.frame.own,
+        {
+          east_m: scene.frame.own.east_m + cpa.target.east_m - cpa.own.east_m,
+          north_m: scene.frame.own.north_m + cpa.target.north_m - cpa.own.north_m,
+        },
+      ]
     : [cpa.own, cpa.target];
   const [a, b] = [view.toScreen(ownThen), view.toScreen(targetThen)];
   if (!inside(scene, a) && !inside(scene, b)) return;
@@ -51,7 +54,13 @@ function ghost(c: Context, scene: Scene, me: Motion, row: Ranked, lit: boolean):
 }
 
 /** Distance and time of the closest approach, beside the lit ship's place at that time. */
-export function ghostWords(c: Context, scene: Scene, row: Ranked, picture: Box, taken: Box[]): void {
+export function ghostWords(
+  c: Context,
+  scene: Scene,
+  row: Ranked,
+  picture: Box,
+  taken: Box[],
+): void {
   const { target, alarm } = row;
   const lit = target.id === scene.selected || target.id === scene.hovered;
   if (!lit || target.lost || target.tcpa_s <= 0 || target.tcpa_s > GHOST_S) return;

@@ -35,11 +35,17 @@ export function names(c: Context, scene: Scene): void {
 /** A ship's vector as small boxes, so that no words hide it. */
 function alongVector(scene: Scene, target: Target): Box[] {
   if (target.lost) return [];
-  const [a, b] = [target, vector(scene, target)].map((p) => scene.view.toScreen(p)) as [Point, Point];
+  const [a, b] = [target, vector(scene, target)].map((p) => scene.view.toScreen(p)) as [
+    Point,
+    Point,
+  ];
   const count = Math.min(Math.floor(Math.hypot(b.x - a.x, b.y - a.y) / VECTOR_BOX_PX), 40);
   return Array.from({ length: count }, (_, k) => {
     const share = (k + 1) / count;
-    return around({ x: a.x + share * (b.x - a.x), y: a.y + share * (b.y - a.y) }, VECTOR_BOX_PX / 2);
+    return around(
+      { x: a.x + share * (b.x - a.x), y: a.y + share * (b.y - a.y) },
+      VECTOR_BOX_PX / 2,
+    );
   });
 }
 
@@ -60,7 +66,14 @@ function name(c: Context, scene: Scene, row: Ranked, picture: Box, taken: Box[])
   const y = there.y + there.h / 2;
   if (chip) badge(c, scene, chip, there.x, there.y, inkOf(scene, target.id));
   if (box)
-    symbol.text(c, full, there.x + (chip ? 20 : 0), y, lit ? scene.inks.ink : scene.inks.soft, scene.inks.sea);
+    symbol.text(
+      c,
+      full,
+      there.x + (chip ? 20 : 0),
+      y,
+      lit ? scene.inks.ink : scene.inks.soft,
+      scene.inks.sea,
+    );
 }
 
 function badge(c: Context, scene: Scene, chip: string, x: number, y: number, ink: string): void {
@@ -73,5 +86,8 @@ function badge(c: Context, scene: Scene, chip: string, x: number, y: number, ink
 }
 
 const around = (p: Point, half: number): Box => ({
-  x: p.x - half, y: p.y - half, w: 2 * half, h: 2 * half,
+  x: p.x - half,
+  y: p.y - half,
+  w: 2 * half,
+  h: 2 * half,
 });

@@ -159,22 +159,26 @@ export class PlanDisplay extends LitElement {
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
 
-  private move(event: PointerEvent): void {
+  private readonly move = (event: PointerEvent): void => {
     if (event.pointerType === "touch" || !this.scene) return;
     const target = under(this.scene, this.at(event));
     store.hover(target?.id ?? null);
     this.canvas.style.cursor = target ? "pointer" : "default";
-  }
+  };
 
-  private choose(event: MouseEvent): void {
+  private readonly choose = (event: MouseEvent): void => {
     if (!this.scene) return;
     const target = under(this.scene, this.at(event), 26);
     store.select(target?.id ?? null);
-  }
+  };
 
   private readonly wheel = (event: WheelEvent): void => {
     event.preventDefault();
-    const range_nm = stepped(SCALES_NM, store.settings.all.range_nm as never, event.deltaY > 0 ? 1 : -1);
+    const range_nm = stepped(
+      SCALES_NM,
+      store.settings.all.range_nm as never,
+      event.deltaY > 0 ? 1 : -1,
+    );
     store.settings.set({ range_nm });
   };
 }

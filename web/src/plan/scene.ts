@@ -57,7 +57,8 @@ export function inside(scene: Scene, p: Point, margin = 0): boolean {
   );
 }
 
-export const radiusFor = (width: number, height: number): number => Math.min(width, height) / 2 - 34;
+export const radiusFor = (width: number, height: number): number =>
+  Math.min(width, height) / 2 - 34;
 export const scaleFor = (radius: number, range_nm: number): number => radius / metres(range_nm);
 export const asPlaces = (path: readonly [number, number][]): Place[] =>
   path.map(([east_m, north_m]) => ({ east_m, north_m }));

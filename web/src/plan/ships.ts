@@ -40,7 +40,7 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
   const flashing = alarm?.state === "unacknowledged";
   const size = noted || alarm ? symbol.TARGET_PX : symbol.SLEEPING_PX;
   const moving = target.speed_m_s > 0.25 && !target.lost;
-  const awake = noted || alarm || target.fed !== false;
+  const awake = noted || alarm !== null || target.fed !== false;
   if (moving && awake) {
     const [end, width] = [view.toScreen(vector(scene, target)), alarm ? 2.4 : noted ? 1.7 : 1];
     symbol.line(c, at, end, ink, width, [6, 4]);
@@ -48,7 +48,15 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
     if (side) symbol.line(c, end, flag(end, angle, side), ink, width);
   }
   if (!flashing || scene.bright)
-    symbol.triangle(c, at, angle, size, ink, alarm ? 3 : noted ? 2 : 1.2, noted ? inks.sea : undefined);
+    symbol.triangle(
+      c,
+      at,
+      angle,
+      size,
+      ink,
+      alarm ? 3 : noted ? 2 : 1.2,
+      noted ? inks.sea : undefined,
+    );
   if (target.length_m) outline(c, scene, target, ink);
   if (target.lost) symbol.crossed(c, at, size + 3, ink);
   if (target.id === scene.selected) symbol.corners(c, at, 16, inks.ink, 2.2);
@@ -57,7 +65,10 @@ function oneTarget(c: Context, scene: Scene, row: Ranked): void {
 
 /** The end of a turn flag: square to her course, on the side of her turn, whatever the vectors are. */
 function flag(end: Point, angle: number, side: -1 | 1): Point {
-  return { x: end.x + side * FLAG_PX * Math.cos(angle), y: end.y + side * FLAG_PX * Math.sin(angle) };
+  return {
+    x: end.x + side * FLAG_PX * Math.cos(angle),
+    y: end.y + side * FLAG_PX * Math.sin(angle),
+  };
 }
 
 /** Where a ship's vector ends. */

@@ -21,7 +21,12 @@ export function ownShip(c: Context, at: Point, ink: string): void {
 
 /** A hull to scale, bow along `angle` (clockwise from up): five corners, pointed ahead. */
 export function hull(
-  c: Context, at: Point, angle: number, length_px: number, beam_px: number, ink: string,
+  c: Context,
+  at: Point,
+  angle: number,
+  length_px: number,
+  beam_px: number,
+  ink: string,
 ): void {
   const [l, b] = [length_px / 2, beam_px / 2];
   c.save();
@@ -42,7 +47,13 @@ export function hull(
 
 /** An AIS triangle, its apex along `angle`; small and thin for a sleeping target. */
 export function triangle(
-  c: Context, at: Point, angle: number, size: number, ink: string, width: number, fill?: string,
+  c: Context,
+  at: Point,
+  angle: number,
+  size: number,
+  ink: string,
+  width: number,
+  fill?: string,
 ): void {
   c.save();
   c.translate(at.x, at.y);
@@ -104,7 +115,12 @@ export function waypoint(c: Context, at: Point, ink: string): void {
 }
 
 export function line(
-  c: Context, a: Point, b: Point, ink: string, width: number, dash: number[] = [],
+  c: Context,
+  a: Point,
+  b: Point,
+  ink: string,
+  width: number,
+  dash: number[] = [],
 ): void {
   c.strokeStyle = ink;
   c.lineWidth = width;
@@ -117,7 +133,11 @@ export function line(
 }
 
 export function polyline(
-  c: Context, points: readonly Point[], ink: string, width: number, dash: number[] = [],
+  c: Context,
+  points: readonly Point[],
+  ink: string,
+  width: number,
+  dash: number[] = [],
 ): void {
   if (points.length < 2) return;
   c.strokeStyle = ink;
@@ -138,7 +158,12 @@ export function dot(c: Context, at: Point, radius: number, ink: string): void {
 
 /** Text on a plate of the sea's colour, so that lines do not run through it. */
 export function text(
-  c: Context, words: string, x: number, y: number, ink: string, plate: string | null,
+  c: Context,
+  words: string,
+  x: number,
+  y: number,
+  ink: string,
+  plate: string | null,
   align: CanvasTextAlign = "left",
 ): void {
   c.textAlign = align;

@@ -26,7 +26,13 @@ export function trails(c: Context, scene: Scene): void {
   c.globalAlpha = 1;
 }
 
-function pastPositions(c: Context, scene: Scene, past: Frame, relative: boolean, alpha: number): void {
+function pastPositions(
+  c: Context,
+  scene: Scene,
+  past: Frame,
+  relative: boolean,
+  alpha: number,
+): void {
   const { view, frame, inks } = scene;
   const shift = relative
     ? { east_m: frame.own.east_m - past.own.east_m, north_m: frame.own.north_m - past.own.north_m }
@@ -76,12 +82,22 @@ export function compared(c: Context, scene: Scene): void {
   const last = scene.compare.at(-1);
   if (!last) return;
   const { view, inks } = scene;
-  symbol.polyline(c, scene.compare.map((f) => view.toScreen(f.own)), inks.compare, 1.8, [7, 4]);
+  symbol.polyline(
+    c,
+    scene.compare.map((f) => view.toScreen(f.own)),
+    inks.compare,
+    1.8,
+    [7, 4],
+  );
   const at = view.toScreen(last.own);
   symbol.ownShip(c, at, inks.compare);
   const ahead = view.angle(last.own.heading_rad);
   symbol.line(
-    c, at, { x: at.x + 26 * Math.sin(ahead), y: at.y - 26 * Math.cos(ahead) }, inks.compare, 1.5,
+    c,
+    at,
+    { x: at.x + 26 * Math.sin(ahead), y: at.y - 26 * Math.cos(ahead) },
+    inks.compare,
+    1.5,
   );
   symbol.text(c, last.pilot, at.x + 13, at.y + 14, inks.compare, inks.sea);
 }
