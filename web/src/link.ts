@@ -1,6 +1,6 @@
 /** The WebSocket: reconnects by itself, notices a dead line, hands out parsed messages. */
 
-import type { FromServer, ToServer } from "./wire";
+import type { ClientMessage, ServerMessage } from "./protocol.gen";
 
 export type LinkState = "connecting" | "open" | "closed";
 
@@ -22,7 +22,7 @@ export class Link {
 
   constructor(
     private readonly url: string,
-    private readonly onMessage: (message: FromServer) => void,
+    private readonly onMessage: (message: ServerMessage) => void,
     private readonly onState: () => void,
   ) {}
 
@@ -38,7 +38,7 @@ export class Link {
   }
 
   /** Whether it could be sent. */
-  send(message: ToServer): boolean {
+  send(message: ClientMessage): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
     return true;
@@ -92,12 +92,12 @@ export class Link {
 }
 
 /** What the server sent, if it is one of its messages. */
-export function parsed(data: unknown): FromServer | null {
+export function parsed(data: unknown): ServerMessage | null {
   if (typeof data !== "string") return null;
   try {
     const message: unknown = JSON.parse(data);
     const known = typeof message === "object" && message !== null && "type" in message;
-    return known ? (message as FromServer) : null;
+    return known ? (message as ServerMessage) : null;
   } catch {
     return null;
   }

@@ -13,20 +13,20 @@ import { Link, socketUrl, type LinkState } from "./link";
 import { Settings } from "./settings";
 import type {
   Alarm,
+  Answer,
   Banded,
+  Bounds,
   Catalogue,
-  Change,
-  Encounter,
+  ClientMessage,
   Frame,
-  FromServer,
-  Instant,
-  Limits,
-  Role,
+  FrameNow,
+  Hello,
+  Meeting,
+  ServerMessage,
   Session,
   Target,
-  ToServer,
   WhatIf,
-} from "./wire";
+} from "./protocol.gen";
 
 const NOTICE_MS = 8000;
 /** An answer to "what if" is of its instant: it goes when it is so old. */
@@ -41,19 +41,19 @@ export interface Notice {
 export class Store {
   version = "";
   catalogue: Catalogue | null = null;
-  limits: Limits | null = null;
+  limits: Bounds | null = null;
   /** As whom the server greets this page. */
-  role: Role | null = null;
+  role: Hello["role"] | null = null;
   session: Session | null = null;
   /** What the server makes ready while the session goes on. */
   preparing: string | null = null;
   frames: Frame[] = [];
   compareFrames: Frame[] = [];
-  now: Instant | null = null;
+  now: (Partial<FrameNow> & { frame: Frame }) | null = null;
   /** The last predicted track: at high speed not every frame brings one. */
   path: [number, number][] = [];
   /** The answer to the last "what if", until it is dismissed or old. */
-  whatIf: WhatIf | null = null;
+  whatIf: Answer | null = null;
   /** Asked, and not answered yet. */
   asking = false;
   /** The certified band that was told last: of which frame, it says itself. */
@@ -90,7 +90,7 @@ export class Store {
     window.setInterval(() => this.tick(), 1000);
   }
 
-  send(message: ToServer): void {
+  send(message: ClientMessage): void {
     if (!this.link.send(message)) this.note("Not sent: there is no connection", true);
   }
 
@@ -149,7 +149,7 @@ export class Store {
     return this.frame?.targets.find((t) => t.id === id) ?? null;
   }
 
-  encounter(id: string): Encounter | null {
+  encounter(id: string): Meeting | null {
     return this.now?.encounters?.[id] ?? null;
   }
 
@@ -186,14 +186,14 @@ export class Store {
   }
 
   /** CPA limits are the server's; they are shown as asked for until it says otherwise. */
-  setLimits(limits: Limits): void {
+  setLimits(limits: Bounds): void {
     this.limits = limits;
     this.send({ type: "limits", ...limits });
     this.changed();
   }
 
   /** What if she were not there, were not seen, kept her course; or the rudder were put over? */
-  ask(change: Change, more: { ship?: string; degrees?: number }): void {
+  ask(change: WhatIf["change"], more: { ship?: string; degrees?: number }): void {
     this.asking = true;
     this.send({ type: "whatif", change, ...more });
     this.changed();
@@ -219,7 +219,7 @@ export class Store {
 
   // What the server says
 
-  take(message: FromServer): void {
+  take(message: ServerMessage): void {
     switch (message.type) {
       case "hello":
         this.version = message.version;
@@ -234,7 +234,7 @@ export class Store {
         this.newSession(message);
         break;
       case "history":
-        this.newHistory(message.frames, message.compare ?? []);
+        this.newHistory(message.frames, message.compare);
         break;
       case "frame":
         this.newFrame(message);
@@ -305,7 +305,7 @@ export class Store {
     this.rank();
   }
 
-  private newFrame(instant: Instant): void {
+  private newFrame(instant: FrameNow): void {
     const { frame, compare } = instant;
     const before = this.frames.at(-1);
     if (before) lighten(before);

@@ -1,14 +1,15 @@
 import { describe, expect, it, vi } from "vitest";
 
 import { bandOf, ends } from "../src/domain/band";
-import type { Banded } from "../src/wire";
-import { frame, session } from "./frames";
+import type { Banded } from "../src/protocol.gen";
+import { frame, frameMessage, session } from "./frames";
 
 vi.stubGlobal("location", { href: "http://here/" });
 vi.stubGlobal("window", globalThis);
 const { Store } = await import("../src/store");
 
 const told = (some: Partial<Banded> = {}): Banded => ({
+  type: "band",
   time_s: 5,
   pilot: "paper-sum",
   rudder_rad: 0.02,
@@ -40,22 +41,22 @@ describe("a band belongs to one rudder", () => {
 describe("the store", () => {
   it("shows a band until the next frame, and never beside another one", () => {
     const page = new Store();
-    page.take({ type: "session", ...session() });
-    page.take({ type: "frame", frame: shown(5, 0.02) });
+    page.take(session());
+    page.take(frameMessage(shown(5, 0.02)));
     expect(page.band).toBeNull();
-    page.take({ type: "band", ...told() });
+    page.take(told());
     expect(page.band?.short).toBe("certain: to starboard");
-    page.take({ type: "frame", frame: shown(10, 0.02) });
+    page.take(frameMessage(shown(10, 0.02)));
     expect(page.band).toBeNull();
-    page.take({ type: "band", ...told() });
+    page.take(told());
     expect(page.band).toBeNull();
   });
 
   it("forgets it with the voyage", () => {
     const page = new Store();
-    page.take({ type: "frame", frame: shown(5, 0.02) });
-    page.take({ type: "band", ...told() });
-    page.take({ type: "history", frames: [shown(5, 0.02)] });
+    page.take(frameMessage(shown(5, 0.02)));
+    page.take(told());
+    page.take({ type: "history", frames: [shown(5, 0.02)], compare: [] });
     expect(page.band).toBeNull();
   });
 });

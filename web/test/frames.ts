@@ -1,6 +1,6 @@
 /** Frames for tests: only what a test says differs from the plainest one. */
 
-import type { Alarm, Frame, Session, Target } from "../src/wire";
+import type { Alarm, Frame, FrameNow, Session, Target } from "../src/protocol.gen";
 
 export const target = (id: string, some: Partial<Target> = {}): Target => ({
   id,
@@ -51,7 +51,17 @@ export const alarm = (target: string, some: Partial<Alarm> = {}): Alarm => ({
   ...some,
 });
 
+/** A frame as the server sends it, with nothing derived from it. */
+export const frameMessage = (shown: Frame): FrameNow => ({
+  type: "frame",
+  frame: shown,
+  encounters: {},
+  sent_utc: "2026-01-01T00:00:00.000Z",
+  sentence: null,
+});
+
 export const session = (some: Partial<Session> = {}): Session => ({
+  type: "session",
   source: "imazu:1",
   title: "Imazu 1",
   mode: "simulated",
@@ -65,5 +75,9 @@ export const session = (some: Partial<Session> = {}): Session => ({
   seekable_from_s: 0,
   seekable_to_s: 3600,
   notes: [],
+  connected: true,
+  heard_s: null,
+  own_s: null,
+  log: null,
   ...some,
 });

@@ -10,7 +10,7 @@ import { draw } from "../src/plan/layers";
 import { described, under } from "../src/plan/reading";
 import { ownMotion, scaleFor, type Context, type Scene } from "../src/plan/scene";
 import { DEFAULTS } from "../src/settings";
-import type { Alarm, Frame } from "../src/wire";
+import type { Alarm, Frame } from "../src/protocol.gen";
 import { alarm, frame, target } from "./frames";
 
 const SIZE = 600;

@@ -1,6 +1,6 @@
 /** The certified rudder band: of which rudder it is, and where it lies on a scale. */
 
-import type { Banded, Frame } from "../wire";
+import type { Banded, Frame } from "../protocol.gen";
 
 /** The band that was told last, if it is of this frame: of its time, its pilot, its rudder. */
 export function bandOf(told: Banded | null, frame: Frame | null): Banded | null {

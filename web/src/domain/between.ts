@@ -1,7 +1,7 @@
 /** Between two frames of live traffic: how it has moved on since the last one. */
 
 import { distance, later, wrapped } from "./geometry";
-import type { Frame } from "../wire";
+import type { Frame } from "../protocol.gen";
 
 /** Live frames are 5 s apart; one that is later than this is not made up for [s]. */
 export const MOST_S = 10;

@@ -1,7 +1,7 @@
 /** Two pilots in the same encounter: what each has done so far. */
 
 import { wrapped } from "./geometry";
-import type { Frame } from "../wire";
+import type { Frame } from "../protocol.gen";
 
 export interface Account {
   pilot: string;

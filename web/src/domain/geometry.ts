@@ -1,8 +1,12 @@
 /** Plane geometry in east/north metres and radians clockwise from north. */
 
-import type { Place } from "../wire";
+/** East and north of the origin [m]. */
+export interface Position {
+  east_m: number;
+  north_m: number;
+}
 
-export interface Motion extends Place {
+export interface Motion extends Position {
   course_rad: number;
   speed_m_s: number;
 }
@@ -14,23 +18,23 @@ export function wrapped(rad: number): number {
   return rad - TAU * Math.floor((rad + Math.PI) / TAU);
 }
 
-export function distance(a: Place, b: Place): number {
+export function distance(a: Position, b: Position): number {
   return Math.hypot(b.east_m - a.east_m, b.north_m - a.north_m);
 }
 
 /** True bearing from one place to another, in [0, 2π). */
-export function bearing(from: Place, to: Place): number {
+export function bearing(from: Position, to: Position): number {
   const rad = Math.atan2(to.east_m - from.east_m, to.north_m - from.north_m);
   return rad < 0 ? rad + TAU : rad;
 }
 
 /** East and north speed [m/s]. */
-export function velocity(course_rad: number, speed_m_s: number): Place {
+export function velocity(course_rad: number, speed_m_s: number): Position {
   return { east_m: speed_m_s * Math.sin(course_rad), north_m: speed_m_s * Math.cos(course_rad) };
 }
 
 /** Where a ship is after `seconds` of unchanged course and speed. */
-export function later(m: Motion, seconds: number): Place {
+export function later(m: Motion, seconds: number): Position {
   const v = velocity(m.course_rad, m.speed_m_s);
   return { east_m: m.east_m + v.east_m * seconds, north_m: m.north_m + v.north_m * seconds };
 }
@@ -39,8 +43,8 @@ export interface Approach {
   dcpa_m: number;
   tcpa_s: number;
   /** Both ships at that instant. */
-  own: Place;
-  target: Place;
+  own: Position;
+  target: Position;
 }
 
 /** The closest point of approach of two ships that keep course and speed. */
@@ -73,7 +77,11 @@ export function domainOutline(loa_m: number, steps = 72): { x: number; y: number
 }
 
 /** A place given in a ship's body frame, in east and north. */
-export function fromBody(ship: Place, heading_rad: number, body: { x: number; y: number }): Place {
+export function fromBody(
+  ship: Position,
+  heading_rad: number,
+  body: { x: number; y: number },
+): Position {
   const [s, c] = [Math.sin(heading_rad), Math.cos(heading_rad)];
   return {
     east_m: ship.east_m + body.x * c + body.y * s,

@@ -1,6 +1,6 @@
 /** How old what is shown is. */
 
-import type { Session } from "../wire";
+import type { Session } from "../protocol.gen";
 
 /**
  * Seconds since the data of the frame shown were heard. Frames of live traffic go on for a while

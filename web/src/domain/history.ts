@@ -1,6 +1,6 @@
 /** The frames that the page holds. */
 
-import type { Frame } from "../wire";
+import type { Frame } from "../protocol.gen";
 
 /** One hour of 5 s steps. */
 export const MOST_FRAMES = 720;

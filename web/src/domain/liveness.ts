@@ -1,6 +1,6 @@
 /** Whether what is on the screen is now: stale data is never shown as live. */
 
-import type { Session } from "../wire";
+import type { Session } from "../protocol.gen";
 
 export interface LinkView {
   open: boolean;

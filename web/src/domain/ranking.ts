@@ -1,6 +1,6 @@
 /** Which ship matters: danger with its zero and its scale, alarms first, then intention; ships of note. */
 
-import type { Alarm, Frame, Target } from "../wire";
+import type { Alarm, Frame, Target } from "../protocol.gen";
 
 /** How far the critic puts a ship below one that is far off and opening; `null` without critic. */
 export function dangerOf(target: Target): number | null {

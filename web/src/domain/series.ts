@@ -1,7 +1,7 @@
 /** Rows for the plots: time in minutes, one column a line, `null` where a frame lacks the value. */
 
 import { degrees } from "./units";
-import type { Frame, Target } from "../wire";
+import type { Frame, Target } from "../protocol.gen";
 
 export type Column = (number | null)[];
 export type Table = [number[], ...Column[]];

@@ -1,6 +1,6 @@
 /** Which way own ship goes, and what that is called. */
 
-import type { Frame } from "../wire";
+import type { Frame } from "../protocol.gen";
 
 /**
  * Where the pilot steers there is no current, and her heading is her course over ground. Recorded

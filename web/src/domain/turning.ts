@@ -1,6 +1,6 @@
 /** Which way a ship is turning, from the courses that she was last seen on. */
 
-import type { Frame } from "../wire";
+import type { Frame } from "../protocol.gen";
 import { wrapped } from "./geometry";
 import { radians } from "./units";
 

@@ -1,8 +1,8 @@
 /** From the sea to the screen: what is up, what stands still, how far one sees. */
 
-import { bearing, distance, velocity, wrapped } from "./geometry";
+import { bearing, distance, velocity, wrapped, type Position } from "./geometry";
 import { metres, radians } from "./units";
-import type { Frame, Place } from "../wire";
+import type { Frame } from "../protocol.gen";
 
 export type Orientation = "head-up" | "north-up" | "course-up";
 export type MotionMode = "relative" | "true";
@@ -25,7 +25,7 @@ export class View {
   private readonly cos: number;
 
   constructor(
-    readonly centre: Place,
+    readonly centre: Position,
     readonly up_rad: number,
     readonly middle: Point,
     readonly px_m: number,
@@ -34,7 +34,7 @@ export class View {
     this.cos = Math.cos(up_rad);
   }
 
-  toScreen(p: Place): Point {
+  toScreen(p: Position): Point {
     const e = p.east_m - this.centre.east_m;
     const n = p.north_m - this.centre.north_m;
     return {
@@ -43,7 +43,7 @@ export class View {
     };
   }
 
-  toSea(p: Point): Place {
+  toSea(p: Point): Position {
     const x = (p.x - this.middle.x) / this.px_m;
     const y = (this.middle.y - p.y) / this.px_m;
     return {
@@ -75,8 +75,8 @@ export function middleOf(
   motion: MotionMode,
   frame: Frame,
   range_nm: number,
-  previous: Place | null,
-): Place {
+  previous: Position | null,
+): Position {
   if (motion === "relative") return frame.own;
   const range_m = metres(range_nm);
   if (previous && distance(previous, frame.own) <= 0.6 * range_m) return previous;
@@ -89,12 +89,12 @@ export function middleOf(
 
 /** The end of a target's vector after `minutes`, true or relative to own ship. */
 export function vectorEnd(
-  from: Place,
+  from: Position,
   course_rad: number,
   speed_m_s: number,
   minutes: number,
   relativeTo: { course_rad: number; speed_m_s: number } | null,
-): Place {
+): Position {
   const v = velocity(course_rad, speed_m_s);
   const o = relativeTo ? velocity(relativeTo.course_rad, relativeTo.speed_m_s) : null;
   const t = minutes * 60;

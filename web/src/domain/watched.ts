@@ -2,7 +2,7 @@
 
 import type { Liveness } from "./liveness";
 import { miles } from "./units";
-import type { Limits } from "../wire";
+import type { Bounds } from "../protocol.gen";
 
 export interface Quiet {
   /** Whether the alarms are of now, or of the instant that is looked at. */
@@ -10,7 +10,7 @@ export interface Quiet {
   text: string;
 }
 
-export function quiet(alive: Liveness, limits: Limits | null): Quiet {
+export function quiet(alive: Liveness, limits: Bounds | null): Quiet {
   if (alive.state === "stale" || alive.state === "waiting" || !limits)
     return { watched: false, text: "CPA not watched: no picture of now" };
   const within = `${miles(limits.dcpa_m)} NM, ${Math.round(limits.tcpa_s / 60)} min`;

@@ -7,7 +7,7 @@ import { steered } from "../domain/steered";
 import { age, course, degrees, rateOfTurn, rudder, rudderWords, speed } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import type { Banded, Frame } from "../wire";
+import type { Banded, Frame } from "../protocol.gen";
 import { bandMark, bandStyle, bandWords } from "./band";
 
 const MARGIN = 16;

@@ -12,7 +12,7 @@ import { quiet } from "../domain/watched";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import { chip } from "./chip";
-import type { Alarm } from "../wire";
+import type { Alarm } from "../protocol.gen";
 
 /** Alarms told one by one where there are more than can be told; the list marks the others. */
 const FEW = 2;

@@ -5,7 +5,7 @@ import { classMap } from "lit/directives/class-map.js";
 
 import { ends } from "../domain/band";
 import type { Level } from "../settings";
-import type { Banded } from "../wire";
+import type { Banded } from "../protocol.gen";
 
 /** The bracket's ends are at least so far apart [px]. */
 const LEAST = 14;

@@ -7,10 +7,10 @@ import { KEYS } from "../keys";
 import { metres, nm } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import type { SourceEntry, SourceKind } from "../wire";
+import type { Source } from "../protocol.gen";
 import { VIEW_ONLY } from "./top-bar";
 
-const KINDS: [SourceKind, string][] = [
+const KINDS: [Source["kind"], string][] = [
   ["simulated", "Simulated encounters"],
   ["recorded", "Recorded traffic"],
   ["live", "Live"],
@@ -372,7 +372,7 @@ export class Menu extends LitElement {
   }
 }
 
-function group(title: string, entries: SourceEntry[], chosen: string) {
+function group(title: string, entries: Source[], chosen: string) {
   if (!entries.length) return nothing;
   return html`<optgroup label=${title}>
     ${entries.map((s) => html`<option value=${s.source} ?selected=${s.source === chosen}>${s.title}</option>`)}

@@ -19,7 +19,7 @@ import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import { chip, colourOf } from "./chip";
 import { listStyle } from "./target-list.style";
-import type { Encounter } from "../wire";
+import type { Meeting } from "../protocol.gen";
 
 /** Rows of the small list (the ships that have a colour), and those in sight whatever else there is. */
 const FEW = PLACES;
@@ -27,7 +27,7 @@ const SEEN = 4;
 /** An AIS report older than this is worth a mark [s]. */
 const OLD_S = 60;
 
-const ENCOUNTERS: Record<Encounter["type"], string> = {
+const ENCOUNTERS: Record<Meeting["type"], string> = {
   "head-on": "Head-on",
   crossing: "Crossing",
   overtaking: "Overtaking",
@@ -174,7 +174,7 @@ export class TargetList extends LitElement {
   }
 }
 
-function meeting(encounter: Encounter | null, level: number) {
+function meeting(encounter: Meeting | null, level: number) {
   if (!encounter || encounter.type === "none") return html`<span class="soft">–</span>`;
   const role = { "give-way": "give way", "stand-on": "stand on", none: "" }[encounter.role];
   const rule = encounter.rule ? `R${encounter.rule}` : "";

@@ -6,11 +6,11 @@ import { customElement } from "lit/decorators.js";
 import { clock, degrees, shipName } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import type { Change } from "../wire";
+import type { WhatIf } from "../protocol.gen";
 
 /** The rudder that is asked about, or the limit of own ship's where that is less [deg]. */
 const RUDDER_DEG = 5;
-const OF_SHIP: [Change, string, string][] = [
+const OF_SHIP: [WhatIf["change"], string, string][] = [
   ["deleted", "Not there", "What if she were not there?"],
   ["blind", "Not seen", "What if the pilot did not see her?"],
   ["kept", "Kept course", "What if she kept her course and speed?"],

@@ -9,7 +9,7 @@ import { degrees } from "../domain/units";
 import { inks, type Inks } from "../plan/inks";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import type { Frame, Target } from "../wire";
+import type { Frame, Target } from "../protocol.gen";
 import { chip } from "./chip";
 import "./plot";
 import { seekTo } from "./transport";

@@ -5,7 +5,7 @@ import { placed, type Box } from "../domain/placing";
 import type { Ranked } from "../domain/ranking";
 import { shipName } from "../domain/units";
 import type { Point } from "../domain/view";
-import type { Target } from "../wire";
+import type { Target } from "../protocol.gen";
 import { bearings } from "./chart";
 import { ghostWords } from "./ghosts";
 import { FONT, inkOf, inside, type Context, type Scene } from "./scene";

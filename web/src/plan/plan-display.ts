@@ -3,10 +3,10 @@
 import { css, html, LitElement } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
+import type { Position } from "../domain/geometry";
 import { middleOf, SCALES_NM, upward, View, stepped } from "../domain/view";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import type { Place } from "../wire";
 import { inks } from "./inks";
 import { draw } from "./layers";
 import { described, under } from "./reading";
@@ -62,7 +62,7 @@ export class PlanDisplay extends LitElement {
 
   @query("canvas") private canvas!: HTMLCanvasElement;
   private scene: Scene | null = null;
-  private middle: Place | null = null;
+  private middle: Position | null = null;
   private readonly sizes = new ResizeObserver(() => this.requestUpdate());
   private flash = 0;
 

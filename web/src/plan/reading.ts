@@ -3,7 +3,7 @@
 import { wrapped } from "../domain/geometry";
 import { degrees, miles } from "../domain/units";
 import { ringText, type Point } from "../domain/view";
-import type { Target } from "../wire";
+import type { Target } from "../protocol.gen";
 import type { Scene } from "./scene";
 
 /** The ship under a point of the screen, the nearest within `reach` pixels. */

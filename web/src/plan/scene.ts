@@ -1,11 +1,11 @@
 /** Everything one picture of the plan display is made of. */
 
-import type { Motion } from "../domain/geometry";
+import type { Motion, Position } from "../domain/geometry";
 import type { Ranked } from "../domain/ranking";
 import { metres } from "../domain/units";
 import type { Point, View } from "../domain/view";
 import type { Choices } from "../settings";
-import type { Encounter, Frame, Place } from "../wire";
+import type { Frame, Meeting } from "../protocol.gen";
 import type { Inks } from "./inks";
 
 export type Context = CanvasRenderingContext2D;
@@ -16,14 +16,14 @@ export interface Scene {
   /** Past frames, the last of them `frame`. */
   frames: readonly Frame[];
   compare: readonly Frame[];
-  path: readonly Place[];
+  path: readonly Position[];
   /** Own ship's track under the condition that was asked about; empty when nothing was. */
-  whatIf: readonly Place[];
+  whatIf: readonly Position[];
   rows: readonly Ranked[];
-  encounters: Record<string, Encounter>;
+  encounters: Record<string, Meeting>;
   selected: string | null;
   hovered: string | null;
-  /** Place of a ship of note in the palette, `null` for all others. */
+  /** Position of a ship of note in the palette, `null` for all others. */
   place: (id: string) => number | null;
   choices: Readonly<Choices>;
   inks: Inks;
@@ -60,5 +60,5 @@ export function inside(scene: Scene, p: Point, margin = 0): boolean {
 export const radiusFor = (width: number, height: number): number =>
   Math.min(width, height) / 2 - 34;
 export const scaleFor = (radius: number, range_nm: number): number => radius / metres(range_nm);
-export const asPlaces = (path: readonly [number, number][]): Place[] =>
+export const asPlaces = (path: readonly [number, number][]): Position[] =>
   path.map(([east_m, north_m]) => ({ east_m, north_m }));

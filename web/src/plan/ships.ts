@@ -1,11 +1,11 @@
 /** The ships: own ship with her domain, the targets, their vectors and hulls. */
 
-import { domainOutline, fromBody } from "../domain/geometry";
+import { domainOutline, fromBody, type Position } from "../domain/geometry";
 import type { Ranked } from "../domain/ranking";
 import { steered } from "../domain/steered";
 import { turning } from "../domain/turning";
 import { vectorEnd, type Point } from "../domain/view";
-import type { Place, Target } from "../wire";
+import type { Target } from "../protocol.gen";
 import { FONT, inkOf, inside, ownMotion, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
@@ -72,7 +72,7 @@ function flag(end: Point, angle: number, side: -1 | 1): Point {
 }
 
 /** Where a ship's vector ends. */
-export function vector({ choices, frame }: Scene, target: Target): Place {
+export function vector({ choices, frame }: Scene, target: Target): Position {
   const { heading_rad, speed_m_s } = frame.own;
   const relative = choices.vectors === "relative" ? { course_rad: heading_rad, speed_m_s } : null;
   return vectorEnd(target, target.course_rad, target.speed_m_s, choices.vector_min, relative);

@@ -1,6 +1,6 @@
 /** Ways over time: past positions, own ship's track ahead, "what if", another pilot's voyage. */
 
-import type { Frame } from "../wire";
+import type { Frame } from "../protocol.gen";
 import { inkOf, inside, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
