@@ -2,7 +2,7 @@
 
 import type { ClientMessage, ServerMessage } from "./protocol.gen";
 
-export type LinkState = "connecting" | "open" | "closed";
+type LinkState = "connecting" | "open" | "closed";
 
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 8000;

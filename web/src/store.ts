@@ -4,12 +4,12 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 
 import { bandOf } from "./domain/band";
 import { carriedOn } from "./domain/between";
-import { Book, type Palette } from "./domain/colours";
+import { Book } from "./domain/colours";
 import { heardAge } from "./domain/heard";
 import { added, lighten, MOST_FRAMES } from "./domain/history";
 import { liveness, type Liveness } from "./domain/liveness";
 import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
-import { Link, socketUrl, type LinkState } from "./link";
+import { Link, socketUrl } from "./link";
 import { Settings } from "./settings";
 import type {
   Alarm,
@@ -128,10 +128,6 @@ export class Store {
     return heardAge(this.session, this.frameAge_s, this.saidAge_s);
   }
 
-  get linkState(): LinkState {
-    return this.link.state;
-  }
-
   /** Whether this page only looks on: what all see is the owner's to change. */
   get viewOnly(): boolean {
     return this.role === "viewer";
@@ -151,10 +147,6 @@ export class Store {
 
   encounter(id: string): Meeting | null {
     return this.now?.encounters?.[id] ?? null;
-  }
-
-  alarm(id: string): Alarm | null {
-    return this.alarms.find((a) => a.target === id) ?? null;
   }
 
   /** The ship that a hand or an eye is on. */
@@ -179,10 +171,6 @@ export class Store {
     if (id === this.hovered) return;
     this.hovered = id;
     this.changed();
-  }
-
-  setPalette(palette: Palette): void {
-    this.settings.set({ palette });
   }
 
   /** CPA limits are the server's; they are shown as asked for until it says otherwise. */

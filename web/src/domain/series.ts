@@ -91,30 +91,3 @@ export function nearest(values: readonly number[], wanted: number): number {
   });
   return best;
 }
-
-/** What port, midships and starboard would be worth beside the decided rudder (all relative). */
-export function alternatives(
-  frame: Frame,
-): { port: number; midships: number; starboard: number; decided: number } | null {
-  const table = againstMidships(frame, []);
-  const decided = frame.decision?.rudder_rad;
-  if (!table || decided === undefined) return null;
-  const best = (side: (deg: number) => boolean): number =>
-    Math.max(...table.total.filter((_, k) => side(table.rudder_deg[k]!)));
-  return {
-    port: best((deg) => deg < -0.1),
-    midships: table.total[nearest(table.rudder_deg, 0)]!,
-    starboard: best((deg) => deg > 0.1),
-    decided: interpolated(table.rudder_deg, table.total, degrees(decided)),
-  };
-}
-
-function interpolated(xs: number[], ys: number[], x: number): number {
-  const k = Math.max(
-    1,
-    xs.findIndex((v) => v >= x),
-  );
-  const [x0, x1] = [xs[k - 1]!, xs[k]!];
-  const share = x1 === x0 ? 0 : Math.min(Math.max((x - x0) / (x1 - x0), 0), 1);
-  return ys[k - 1]! + share * (ys[k]! - ys[k - 1]!);
-}

@@ -1,7 +1,7 @@
 /** Knots, nautical miles, degrees and clock times: the only place where SI units are left. */
 
-export const NAUTICAL_MILE_M = 1852;
-export const KNOT_M_S = NAUTICAL_MILE_M / 3600;
+const NAUTICAL_MILE_M = 1852;
+const KNOT_M_S = NAUTICAL_MILE_M / 3600;
 const DEGREE = Math.PI / 180;
 
 export const nm = (metres: number): number => metres / NAUTICAL_MILE_M;

@@ -43,15 +43,6 @@ export class View {
     };
   }
 
-  toSea(p: Point): Position {
-    const x = (p.x - this.middle.x) / this.px_m;
-    const y = (this.middle.y - p.y) / this.px_m;
-    return {
-      east_m: this.centre.east_m + x * this.cos + y * this.sin,
-      north_m: this.centre.north_m - x * this.sin + y * this.cos,
-    };
-  }
-
   /** A bearing as an angle on the screen, clockwise from up. */
   angle(bearing_rad: number): number {
     return wrapped(bearing_rad - this.up_rad);

@@ -29,7 +29,7 @@ export interface PlotSpec {
   xRange?: [number, number];
   xEvery?: number[];
   /** Vertical lines. */
-  marks: readonly { at: number; colour: string; label: string; dash?: number[] }[];
+  marks: readonly { at: number; colour: string }[];
 }
 
 @customElement("gh-plot")
@@ -157,7 +157,6 @@ export class Plot extends LitElement {
       ],
       hooks: {
         draw: [(u) => this.marks(u)],
-        drawSeries: [],
         setSeries: [(_, index) => this.point(index)],
         drawClear: [(u) => this.emphasise(u)],
       },
@@ -204,12 +203,10 @@ export class Plot extends LitElement {
       if (x < left - 1 || x > left + width + 1) continue;
       c.strokeStyle = mark.colour;
       c.lineWidth = 1.8 * devicePixelRatio;
-      c.setLineDash((mark.dash ?? []).map((d) => d * devicePixelRatio));
       c.beginPath();
       c.moveTo(x, top);
       c.lineTo(x, top + height);
       c.stroke();
-      c.setLineDash([]);
     }
     c.restore();
   }

@@ -176,7 +176,7 @@ export class TopBar extends LitElement {
               title=${`${value} palette`}
               aria-label=${`${value} palette`}
               aria-pressed=${palette === value}
-              @click=${() => store.setPalette(value)}
+              @click=${() => store.settings.set({ palette: value })}
             >
               ${PALETTE_ICONS[value]}
             </button>

@@ -9,7 +9,7 @@ import { clock } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 
-export const RATES = [1, 2, 5, 10, 20, 60] as const;
+const RATES = [1, 2, 5, 10, 20, 60] as const;
 
 @customElement("gh-transport")
 export class Transport extends LitElement {

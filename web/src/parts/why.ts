@@ -226,10 +226,7 @@ export class Why extends LitElement {
         xRange: [-limit, limit],
         xEvery: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
         leastY: 0.2,
-        marks:
-          decided === undefined
-            ? []
-            : [{ at: degrees(decided), colour: look.path, label: "decided" }],
+        marks: decided === undefined ? [] : [{ at: degrees(decided), colour: look.path }],
       },
     };
   }
@@ -308,7 +305,7 @@ export class Why extends LitElement {
     return {
       x: (minute) => `${Number(minute.toFixed(1))} min`,
       xRange: [first, Math.max(now * 1.02, first + 2)],
-      marks: [{ at: now, colour: look.path, label: "now" }],
+      marks: [{ at: now, colour: look.path }],
     };
   }
 }

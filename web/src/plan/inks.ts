@@ -13,8 +13,6 @@ export interface Inks {
   compare: string;
   whatIf: string;
   alarm: string;
-  onAlarm: string;
-  panel: string;
   ink: string;
   soft: string;
   line: string;
@@ -35,8 +33,6 @@ export function inks(palette: Palette): Inks {
     compare: of("compare"),
     whatIf: of("what-if"),
     alarm: of("alarm"),
-    onAlarm: of("on-alarm"),
-    panel: of("panel"),
     ink: of("ink"),
     soft: of("soft"),
     line: of("line"),

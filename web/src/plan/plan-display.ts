@@ -139,7 +139,6 @@ export class PlanDisplay extends LitElement {
       path: asPlaces(store.path),
       whatIf: asPlaces(store.whatIf?.other ?? []),
       rows: store.rows,
-      encounters: store.now?.encounters ?? {},
       selected: store.selected,
       hovered: store.hovered,
       place: (id) => store.book.place(id),
@@ -150,7 +149,6 @@ export class PlanDisplay extends LitElement {
       height,
       radius,
       bright: Math.floor(performance.now() / FLASH_MS) % 2 === 0,
-      stale: store.liveness.state === "stale",
     };
   }
 

@@ -5,7 +5,7 @@ import type { Ranked } from "../domain/ranking";
 import { metres } from "../domain/units";
 import type { Point, View } from "../domain/view";
 import type { Choices } from "../settings";
-import type { Frame, Meeting } from "../protocol.gen";
+import type { Frame } from "../protocol.gen";
 import type { Inks } from "./inks";
 
 export type Context = CanvasRenderingContext2D;
@@ -20,7 +20,6 @@ export interface Scene {
   /** Own ship's track under the condition that was asked about; empty when nothing was. */
   whatIf: readonly Position[];
   rows: readonly Ranked[];
-  encounters: Record<string, Meeting>;
   selected: string | null;
   hovered: string | null;
   /** Position of a ship of note in the palette, `null` for all others. */
@@ -34,8 +33,6 @@ export interface Scene {
   radius: number;
   /** Whether flashing symbols are in their bright half. */
   bright: boolean;
-  /** The picture is not of now: it is drawn in grey. */
-  stale: boolean;
 }
 
 export function inkOf(scene: Scene, id: string): string {
