@@ -2,14 +2,14 @@
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 
-import { bandOf } from "./domain/band";
-import { carriedOn } from "./domain/between";
+import { bandOf } from "./domain/certified-band";
+import { carriedOn } from "./domain/dead-reckoning";
 import { Book } from "./domain/colours";
-import { heardAge } from "./domain/heard";
+import { heardAge } from "./domain/data-age";
 import { added, lighten, MOST_FRAMES } from "./domain/history";
 import { liveness, type Liveness } from "./domain/liveness";
 import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
-import { Link, socketUrl } from "./link";
+import { Link, socketUrl } from "./socket";
 import { Settings } from "./settings";
 import type {
   Alarm,

@@ -5,13 +5,13 @@ import { describe, expect, test } from "vitest";
 import { closestApproach } from "../src/domain/geometry";
 import { ranked } from "../src/domain/ranking";
 import { View } from "../src/domain/view";
-import type { Inks } from "../src/plan/inks";
+import type { Inks } from "../src/plan/plan-colours";
 import { draw } from "../src/plan/layers";
-import { described, under } from "../src/plan/reading";
+import { described, under } from "../src/plan/hit-test";
 import { ownMotion, scaleFor, type Context, type Scene } from "../src/plan/scene";
 import { DEFAULTS } from "../src/settings";
 import type { Alarm, Frame } from "../src/protocol.gen";
-import { alarm, frame, target } from "./frames";
+import { alarm, frame, target } from "./fixtures";
 
 const SIZE = 600;
 const RADIUS = 266;

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import { liveness, SILENT_S } from "../src/domain/liveness";
-import { session } from "./frames";
+import { session } from "./fixtures";
 
 const open = { open: true, since_s: 100 };
 const shut = { open: false, since_s: 7 };

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 
 import { Book, PLACES } from "../src/domain/colours";
 import { byIntention, byNote, dangerOf, ranked, roundScale } from "../src/domain/ranking";
-import { alarm, frame, target } from "./frames";
+import { alarm, frame, target } from "./fixtures";
 
 const ids = (rows: { target: { id: string } }[]): string => rows.map((r) => r.target.id).join("");
 

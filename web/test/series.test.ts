@@ -3,7 +3,7 @@ import { describe, expect, it } from "vitest";
 import { againstMidships, movers, ofShips, once, priorities } from "../src/domain/series";
 import { radians } from "../src/domain/units";
 import { added, MOST_FRAMES } from "../src/domain/history";
-import { frame, target } from "./frames";
+import { frame, target } from "./fixtures";
 
 const sweep = {
   rudder_rad: [-2, -1, 0, 1, 2].map(radians),

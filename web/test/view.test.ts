@@ -10,7 +10,7 @@ import {
   vectorEnd,
   View,
 } from "../src/domain/view";
-import { frame } from "./frames";
+import { frame } from "./fixtures";
 
 const own = { east_m: 1000, north_m: 2000 };
 

@@ -1,13 +1,13 @@
 /** Numbers and names beside the ships, where they hide nothing. */
 
 import { numberInk } from "../domain/colours";
-import { placed, type Box } from "../domain/placing";
+import { placed, type Box } from "../domain/label-layout";
 import type { Ranked } from "../domain/ranking";
 import { shipName } from "../domain/units";
 import type { Point } from "../domain/view";
 import type { Target } from "../protocol.gen";
-import { bearings } from "./chart";
-import { ghostWords } from "./ghosts";
+import { bearings } from "./range-rings";
+import { ghostWords } from "./cpa-ghosts";
 import { FONT, inkOf, inside, type Context, type Scene } from "./scene";
 import { vector } from "./ships";
 import * as symbol from "./symbols";

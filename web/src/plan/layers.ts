@@ -1,7 +1,7 @@
 /** The layers of the plan display, from the sea up. */
 
-import { rings, route } from "./chart";
-import { ghosts } from "./ghosts";
+import { rings, route } from "./range-rings";
+import { ghosts } from "./cpa-ghosts";
 import { names } from "./labels";
 import { FONT, type Context, type Scene } from "./scene";
 import { domain, own, targets } from "./ships";

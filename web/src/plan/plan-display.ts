@@ -7,9 +7,9 @@ import type { Position } from "../domain/geometry";
 import { middleOf, SCALES_NM, upward, View, stepped } from "../domain/view";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import { inks } from "./inks";
+import { inks } from "./plan-colours";
 import { draw } from "./layers";
-import { described, under } from "./reading";
+import { described, under } from "./hit-test";
 import { asPlaces, radiusFor, scaleFor, type Scene } from "./scene";
 
 const FLASH_MS = 500;

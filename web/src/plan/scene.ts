@@ -6,7 +6,7 @@ import { metres } from "../domain/units";
 import type { Point, View } from "../domain/view";
 import type { Choices } from "../settings";
 import type { Frame } from "../protocol.gen";
-import type { Inks } from "./inks";
+import type { Inks } from "./plan-colours";
 
 export type Context = CanvasRenderingContext2D;
 export const FONT = '"Noto Sans", "DejaVu Sans", sans-serif';

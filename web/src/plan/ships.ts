@@ -2,8 +2,8 @@
 
 import { domainOutline, fromBody, type Position } from "../domain/geometry";
 import type { Ranked } from "../domain/ranking";
-import { steered } from "../domain/steered";
-import { turning } from "../domain/turning";
+import { steered } from "../domain/own-motion";
+import { turning } from "../domain/turn-detection";
 import { vectorEnd, type Point } from "../domain/view";
 import type { Target } from "../protocol.gen";
 import { FONT, inkOf, inside, ownMotion, type Context, type Scene } from "./scene";

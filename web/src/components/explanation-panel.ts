@@ -6,14 +6,14 @@ import { customElement } from "lit/decorators.js";
 import { dangerOf } from "../domain/ranking";
 import { againstMidships, movers, ofShips, once, priorities } from "../domain/series";
 import { degrees } from "../domain/units";
-import { inks, type Inks } from "../plan/inks";
+import { inks, type Inks } from "../plan/plan-colours";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import type { Frame, Target } from "../protocol.gen";
-import { chip } from "./chip";
-import "./plot";
+import { chip } from "./ship-badge";
+import "./line-plot";
 import { seekTo } from "./transport";
-import type { Line, PlotSpec } from "./plot";
+import type { Line, PlotSpec } from "./line-plot";
 
 const WAYPOINT = "waypoint";
 const SHIPS = "ships";

@@ -1,8 +1,8 @@
 import { describe, expect, it, vi } from "vitest";
 
-import { bandOf, ends } from "../src/domain/band";
+import { bandOf, ends } from "../src/domain/certified-band";
 import type { Banded } from "../src/protocol.gen";
-import { frame, frameMessage, session } from "./frames";
+import { frame, frameMessage, session } from "./fixtures";
 
 vi.stubGlobal("location", { href: "http://here/" });
 vi.stubGlobal("window", globalThis);

@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 
-import { turning } from "../src/domain/turning";
-import { frame, target } from "./frames";
+import { turning } from "../src/domain/turn-detection";
+import { frame, target } from "./fixtures";
 
 const seen = (...courses: (number | null)[]) =>
   courses.map((course_rad, k) =>

@@ -3,12 +3,12 @@
 import { css, html, LitElement, nothing, svg } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { steered } from "../domain/steered";
+import { steered } from "../domain/own-motion";
 import { age, course, degrees, rateOfTurn, rudder, rudderWords, speed } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
 import type { Banded, Frame } from "../protocol.gen";
-import { bandMark, bandStyle, bandWords } from "./band";
+import { bandMark, bandStyle, bandWords } from "./band-bracket";
 
 const MARGIN = 16;
 /** Height of the scale, and where its bar begins [px]. */

@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 
-import { split } from "../src/domain/mentions";
+import { split } from "../src/domain/name-split";
 
 it("finds names as whole words, the longest first", () => {
   expect(split("Danger from ship 1 and ship 12", ["ship 1", "ship 12"])).toEqual([

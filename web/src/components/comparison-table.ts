@@ -3,7 +3,7 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { compared, type Account } from "../domain/comparison";
+import { compared, type Account } from "../domain/voyage-summary";
 import { age, degrees, miles, rudder, shipName } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";

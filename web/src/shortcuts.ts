@@ -2,7 +2,7 @@
 
 import { PALETTES } from "./domain/colours";
 import { SCALES_NM, stepped, VECTOR_MINUTES } from "./domain/view";
-import { seekTo, toggle } from "./parts/transport";
+import { seekTo, toggle } from "./components/transport";
 import type { Level } from "./settings";
 import { store } from "./store";
 

@@ -5,7 +5,7 @@ import { customElement, property } from "lit/decorators.js";
 import uPlot from "uplot";
 import uPlotCss from "uplot/dist/uPlot.min.css?inline";
 
-import type { Inks } from "../plan/inks";
+import type { Inks } from "../plan/plan-colours";
 
 export interface Line {
   /** The ship's id, or the name of a sub-task. */

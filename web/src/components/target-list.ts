@@ -17,7 +17,7 @@ import {
 } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import { chip, colourOf } from "./chip";
+import { chip, colourOf } from "./ship-badge";
 import { listStyle } from "./target-list.style";
 import type { Meeting } from "../protocol.gen";
 

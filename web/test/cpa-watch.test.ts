@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { quiet } from "../src/domain/watched";
+import { quiet } from "../src/domain/cpa-watch";
 
 const limits = { dcpa_m: 1852, tcpa_s: 600 };
 

@@ -3,7 +3,7 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 
-import { KEYS } from "../keys";
+import { KEYS } from "../shortcuts";
 import { metres, nm } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";

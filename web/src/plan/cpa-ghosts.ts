@@ -1,7 +1,7 @@
 /** Ghosts: both ships where they will be nearest, for the ships that a viewer should know it of. */
 
 import { closestApproach, type Motion } from "../domain/geometry";
-import { placed, type Box } from "../domain/placing";
+import { placed, type Box } from "../domain/label-layout";
 import type { Ranked } from "../domain/ranking";
 import { clock, miles } from "../domain/units";
 import { FONT, inkOf, inside, ownMotion, type Context, type Scene } from "./scene";

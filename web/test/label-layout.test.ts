@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 
-import { overlap, placed, type Box } from "../src/domain/placing";
+import { overlap, placed, type Box } from "../src/domain/label-layout";
 
 const picture: Box = { x: 0, y: 0, w: 400, h: 300 };
 const size = { w: 60, h: 16 };

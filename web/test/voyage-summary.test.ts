@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 
-import { account, compared } from "../src/domain/comparison";
+import { account, compared } from "../src/domain/voyage-summary";
 import { radians } from "../src/domain/units";
-import { frame, target } from "./frames";
+import { frame, target } from "./fixtures";
 
 const own = (heading_deg: number) => ({
   east_m: 0,

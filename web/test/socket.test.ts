@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { Link, parsed, socketUrl } from "../src/link";
+import { Link, parsed, socketUrl } from "../src/socket";
 
 describe("the socket", () => {
   it("lies beside the page and takes the token along", () => {

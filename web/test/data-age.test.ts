@@ -1,7 +1,7 @@
 import { expect, it } from "vitest";
 
-import { heardAge } from "../src/domain/heard";
-import { session } from "./frames";
+import { heardAge } from "../src/domain/data-age";
+import { session } from "./fixtures";
 
 it("live advice is as old as what was heard, however new its frame", () => {
   const live = session({ mode: "live", connected: true, heard_s: 40, own_s: null });

@@ -8,10 +8,10 @@ import { customElement } from "lit/decorators.js";
 
 import { byUrgency, TOLD } from "../domain/ranking";
 import { clock, miles, shipName } from "../domain/units";
-import { quiet } from "../domain/watched";
+import { quiet } from "../domain/cpa-watch";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import { chip } from "./chip";
+import { chip } from "./ship-badge";
 import type { Alarm } from "../protocol.gen";
 
 /** Alarms told one by one where there are more than can be told; the list marks the others. */

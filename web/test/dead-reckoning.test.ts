@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 
-import { carriedOn, MOST_S } from "../src/domain/between";
+import { carriedOn, MOST_S } from "../src/domain/dead-reckoning";
 import { closestApproach } from "../src/domain/geometry";
-import { frame, target } from "./frames";
+import { frame, target } from "./fixtures";
 
 const before = frame(
   10,

@@ -3,11 +3,11 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { split } from "../domain/mentions";
+import { split } from "../domain/name-split";
 import { shipName } from "../domain/units";
 import { store, Watch } from "../store";
 import { shared } from "../style/shared";
-import { colourOf } from "./chip";
+import { colourOf } from "./ship-badge";
 
 @customElement("gh-sentence")
 export class SentencePanel extends LitElement {

@@ -3,7 +3,7 @@
 import { css, html, nothing, svg } from "lit";
 import { classMap } from "lit/directives/class-map.js";
 
-import { ends } from "../domain/band";
+import { ends } from "../domain/certified-band";
 import type { Level } from "../settings";
 import type { Banded } from "../protocol.gen";
 
