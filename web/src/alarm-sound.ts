@@ -2,16 +2,16 @@
 
 import { store } from "./store";
 
-const EVERY_MS = 1500;
+const REPEAT_MS = 1500;
 
-export function watchAlarms(): void {
+export function startAlarmSound(): void {
   let context: AudioContext | null = null;
   window.addEventListener("pointerdown", () => (context ??= new AudioContext()), { once: true });
   window.addEventListener("keydown", () => (context ??= new AudioContext()), { once: true });
   window.setInterval(() => {
     const open = store.alarms.some((a) => a.state === "unacknowledged");
-    if (context && open && store.settings.all.sound) beep(context);
-  }, EVERY_MS);
+    if (context && open && store.settings.values.sound) beep(context);
+  }, REPEAT_MS);
 }
 
 /** Two short tones. */

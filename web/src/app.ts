@@ -3,8 +3,8 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
-import { watchAlarms } from "./alarm-sound";
-import { onKey } from "./shortcuts";
+import { startAlarmSound } from "./alarm-sound";
+import { handleKey } from "./shortcuts";
 import "./components/advice";
 import "./components/alarm-strip";
 import "./components/comparison-table";
@@ -20,7 +20,7 @@ import "./components/transport";
 import "./components/what-if";
 import "./components/explanation-panel";
 import "./plan/plan-display";
-import { store, Watch } from "./store";
+import { store, StoreController } from "./store";
 import { shared } from "./style/shared";
 
 @customElement("gh-app")
@@ -130,14 +130,14 @@ export class App extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override connectedCallback(): void {
     super.connectedCallback();
     window.addEventListener("keydown", this.key);
     store.start();
-    watchAlarms();
+    startAlarmSound();
   }
 
   override disconnectedCallback(): void {
@@ -146,12 +146,12 @@ export class App extends LitElement {
   }
 
   override willUpdate(): void {
-    document.documentElement.dataset.obcTheme = store.settings.all.palette;
+    document.documentElement.dataset.obcTheme = store.settings.values.palette;
     document.title = store.session ? `${store.session.title} · Glasshelm` : "Glasshelm";
   }
 
   override render() {
-    const { level } = store.settings.all;
+    const { level } = store.settings.values;
     const ask = html`<gh-what-if aria-live="polite"></gh-what-if>`;
     return html`
       <gh-top-bar role="banner" @menu=${() => this.menu.open()}></gh-top-bar>
@@ -180,5 +180,5 @@ export class App extends LitElement {
     `;
   }
 
-  private readonly key = (event: KeyboardEvent): void => onKey(event, () => this.menu.open());
+  private readonly key = (event: KeyboardEvent): void => handleKey(event, () => this.menu.open());
 }

@@ -1,13 +1,13 @@
 /** The keyboard: one key, one thing; help is in the menu. */
 
 import { PALETTES } from "./domain/colours";
-import { SCALES_NM, stepped, VECTOR_MINUTES } from "./domain/view";
-import { seekTo, toggle } from "./components/transport";
-import type { Level } from "./settings";
+import { RANGE_SCALES_NM, stepThrough, VECTOR_MINUTES } from "./domain/view";
+import { seekTo, togglePlay } from "./components/transport";
+import type { DetailLevel } from "./settings";
 import { store } from "./store";
 
 /** What each does; and whether it is only the owner's. */
-export const KEYS: [string, string, "owner"?][] = [
+export const SHORTCUTS: [string, string, "owner"?][] = [
   ["Space", "play or pause", "owner"],
   ["← →", "one minute back, on", "owner"],
   ["↑ ↓", "select the ship above, below"],
@@ -23,8 +23,8 @@ export const KEYS: [string, string, "owner"?][] = [
   ["?", "menu and this list"],
 ];
 
-export function onKey(event: KeyboardEvent, openMenu: () => void): void {
-  if (event.ctrlKey || event.metaKey || event.altKey || taken(event)) return;
+export function handleKey(event: KeyboardEvent, openMenu: () => void): void {
+  if (event.ctrlKey || event.metaKey || event.altKey || isKeyTaken(event)) return;
   const action = actions(openMenu)[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!action) return;
   event.preventDefault();
@@ -33,20 +33,20 @@ export function onKey(event: KeyboardEvent, openMenu: () => void): void {
 
 function actions(openMenu: () => void): Record<string, () => void> {
   const { settings } = store;
-  const now = settings.all;
-  const level = (n: Level) => () => settings.set({ level: n });
+  const now = settings.values;
+  const level = (n: DetailLevel) => () => settings.set({ level: n });
   const range = (step: -1 | 1) => () =>
-    settings.set({ range_nm: stepped<number>(SCALES_NM, now.range_nm, step) });
+    settings.set({ range_nm: stepThrough<number>(RANGE_SCALES_NM, now.range_nm, step) });
   const vector = (step: -1 | 1) => () =>
-    settings.set({ vector_min: stepped<number>(VECTOR_MINUTES, now.vector_min, step) });
+    settings.set({ vector_min: stepThrough<number>(VECTOR_MINUTES, now.vector_min, step) });
   return {
-    " ": toggle,
-    ArrowLeft: () => seek(-60),
-    ArrowRight: () => seek(60),
-    ArrowUp: () => neighbour(-1),
-    ArrowDown: () => neighbour(1),
+    " ": togglePlay,
+    ArrowLeft: () => seekBy(-60),
+    ArrowRight: () => seekBy(60),
+    ArrowUp: () => selectNeighbour(-1),
+    ArrowDown: () => selectNeighbour(1),
     Escape: () => store.select(null),
-    a: acknowledge,
+    a: acknowledgeMostUrgent,
     "+": range(-1),
     "=": range(-1),
     "-": range(1),
@@ -66,7 +66,7 @@ function actions(openMenu: () => void): Record<string, () => void> {
   };
 }
 
-const MOVES = [
+const NAVIGATION_KEYS = [
   "ArrowLeft",
   "ArrowRight",
   "ArrowUp",
@@ -78,28 +78,31 @@ const MOVES = [
 ];
 
 /** Whether the key belongs to an open dialogue or to the field, list, slider or button in focus. */
-function taken(event: KeyboardEvent): boolean {
+function isKeyTaken(event: KeyboardEvent): boolean {
   const path = event.composedPath();
   const [focus, key] = [path[0], event.key];
   if (path.some((e) => e instanceof HTMLDialogElement)) return true;
-  if (focus instanceof HTMLInputElement) return focus.type !== "range" || MOVES.includes(key);
+  if (focus instanceof HTMLInputElement)
+    return focus.type !== "range" || NAVIGATION_KEYS.includes(key);
   if (focus instanceof HTMLSelectElement)
-    return MOVES.includes(key) || [" ", "Enter", "Escape"].includes(key) || /^\d$/.test(key);
+    return (
+      NAVIGATION_KEYS.includes(key) || [" ", "Enter", "Escape"].includes(key) || /^\d$/.test(key)
+    );
   return focus instanceof HTMLButtonElement && key === " ";
 }
 
-function seek(by_s: number): void {
+function seekBy(by_s: number): void {
   if (store.frame) seekTo(store.frame.time_s + by_s);
 }
 
-function neighbour(step: -1 | 1): void {
+function selectNeighbour(step: -1 | 1): void {
   const ids = store.rows.map((row) => row.target.id);
   const k = store.selected ? ids.indexOf(store.selected) : step > 0 ? -1 : ids.length;
   const next = ids[Math.min(Math.max(k + step, 0), ids.length - 1)];
   if (next && next !== store.selected) store.select(next);
 }
 
-function acknowledge(): void {
+function acknowledgeMostUrgent(): void {
   if (store.viewOnly) return;
   const open = store.alarms.filter((a) => a.state === "unacknowledged");
   const nearest = open.sort((a, b) => a.tcpa_s - b.tcpa_s)[0];

@@ -2,23 +2,23 @@
 
 import type { ClientMessage, ServerMessage } from "./protocol.gen";
 
-type LinkState = "connecting" | "open" | "closed";
+type ConnectionState = "connecting" | "open" | "closed";
 
-const FIRST_WAIT_MS = 500;
-const LONGEST_WAIT_MS = 8000;
+const MIN_RETRY_MS = 500;
+const MAX_RETRY_MS = 8000;
 const PING_MS = 5000;
 /** A line on which nothing, not even a pong, came for so long is dead. */
-const SILENCE_MS = 13000;
+const TIMEOUT_MS = 13000;
 
-export class Link {
-  state: LinkState = "connecting";
+export class ReconnectingSocket {
+  state: ConnectionState = "connecting";
   /** When the line was opened, or lost: an outage goes on while it is tried again [ms]. */
   since_ms = performance.now();
   private socket: WebSocket | null = null;
-  private wait_ms = FIRST_WAIT_MS;
-  private heard_ms = 0;
+  private retry_ms = MIN_RETRY_MS;
+  private lastMessage_ms = 0;
   private timer = 0;
-  private ended = false;
+  private stopped = false;
 
   constructor(
     private readonly url: string,
@@ -28,11 +28,11 @@ export class Link {
 
   start(): void {
     this.connect();
-    this.timer = window.setInterval(() => this.watch(), PING_MS);
+    this.timer = window.setInterval(() => this.checkAlive(), PING_MS);
   }
 
   stop(): void {
-    this.ended = true;
+    this.stopped = true;
     window.clearInterval(this.timer);
     this.socket?.close();
   }
@@ -45,45 +45,45 @@ export class Link {
   }
 
   private connect(): void {
-    if (this.ended) return;
-    this.become("connecting");
+    if (this.stopped) return;
+    this.setState("connecting");
     const socket = new WebSocket(this.url);
     this.socket = socket;
-    this.heard_ms = performance.now();
+    this.lastMessage_ms = performance.now();
     socket.onopen = () => {
-      this.heard_ms = performance.now();
-      this.become("open");
+      this.lastMessage_ms = performance.now();
+      this.setState("open");
     };
     socket.onmessage = (event: MessageEvent<unknown>) => {
       if (this.socket !== socket) return;
-      this.heard_ms = performance.now();
-      this.wait_ms = FIRST_WAIT_MS;
-      const message = parsed(event.data);
+      this.lastMessage_ms = performance.now();
+      this.retry_ms = MIN_RETRY_MS;
+      const message = parseMessage(event.data);
       if (message) this.onMessage(message);
     };
     socket.onclose = () => {
-      if (this.socket === socket) this.lose();
+      if (this.socket === socket) this.connectionLost();
     };
   }
 
   /** The line is gone: say so at once and try again, ever less often. */
-  private lose(): void {
+  private connectionLost(): void {
     this.socket = null;
-    this.become("closed");
-    window.setTimeout(() => this.connect(), this.wait_ms);
-    this.wait_ms = Math.min(this.wait_ms * 2, LONGEST_WAIT_MS);
+    this.setState("closed");
+    window.setTimeout(() => this.connect(), this.retry_ms);
+    this.retry_ms = Math.min(this.retry_ms * 2, MAX_RETRY_MS);
   }
 
-  private watch(): void {
+  private checkAlive(): void {
     const socket = this.socket;
     if (!socket) return;
-    if (performance.now() - this.heard_ms > SILENCE_MS) {
+    if (performance.now() - this.lastMessage_ms > TIMEOUT_MS) {
       socket.close();
-      this.lose();
+      this.connectionLost();
     } else this.send({ type: "ping" });
   }
 
-  private become(state: LinkState): void {
+  private setState(state: ConnectionState): void {
     if (state === this.state) return;
     if (state === "open" || this.state === "open") this.since_ms = performance.now();
     this.state = state;
@@ -92,7 +92,7 @@ export class Link {
 }
 
 /** What the server sent, if it is one of its messages. */
-export function parsed(data: unknown): ServerMessage | null {
+export function parseMessage(data: unknown): ServerMessage | null {
   if (typeof data !== "string") return null;
   try {
     const message: unknown = JSON.parse(data);

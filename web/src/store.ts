@@ -2,14 +2,20 @@
 
 import type { ReactiveController, ReactiveControllerHost } from "lit";
 
-import { bandOf } from "./domain/certified-band";
-import { carriedOn } from "./domain/dead-reckoning";
-import { Book } from "./domain/colours";
-import { heardAge } from "./domain/data-age";
-import { added, lighten, MOST_FRAMES } from "./domain/history";
+import { bandForFrame } from "./domain/certified-band";
+import { deadReckon } from "./domain/dead-reckoning";
+import { ColourRegistry } from "./domain/colours";
+import { dataAge } from "./domain/data-age";
+import { appendFrame, dropSweeps, MAX_FRAMES } from "./domain/history";
 import { liveness, type Liveness } from "./domain/liveness";
-import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
-import { Link, socketUrl } from "./socket";
+import {
+  idsByProminence,
+  largestDanger,
+  rankTargets,
+  roundScale,
+  type RankedTarget,
+} from "./domain/ranking";
+import { ReconnectingSocket, socketUrl } from "./socket";
 import { Settings } from "./settings";
 import type {
   Alarm,
@@ -49,72 +55,72 @@ export class Store {
   preparing: string | null = null;
   frames: Frame[] = [];
   compareFrames: Frame[] = [];
-  now: (Partial<FrameNow> & { frame: Frame }) | null = null;
+  current: (Partial<FrameNow> & { frame: Frame }) | null = null;
   /** The last predicted track: at high speed not every frame brings one. */
   path: [number, number][] = [];
   /** The answer to the last "what if", until it is dismissed or old. */
   whatIf: Answer | null = null;
   /** Asked, and not answered yet. */
-  asking = false;
+  awaitingWhatIf = false;
   /** The certified band that was told last: of which frame, it says itself. */
-  banded: Banded | null = null;
+  lastBand: Banded | null = null;
   alarms: Alarm[] = [];
   notices: Notice[] = [];
-  rows: Ranked[] = [];
+  rows: RankedTarget[] = [];
   dangerScale = 0.5;
 
   selected: string | null = null;
   hovered: string | null = null;
-  readonly settings = new Settings(() => this.changed());
-  readonly book = new Book();
+  readonly settings = new Settings(() => this.requestUpdate());
+  readonly colours = new ColourRegistry();
 
-  private readonly link: Link;
+  private readonly socket: ReconnectingSocket;
   private readonly hosts = new Set<ReactiveControllerHost>();
   private frameAt_ms: number | null = null;
   private sessionAt_ms = 0;
-  private shown: Frame | null = null;
+  private deadReckoned: Frame | null = null;
   private scheduled = false;
   private noticeCount = 0;
   private whatIfTimer = 0;
 
   constructor(url = socketUrl(location.href)) {
-    this.link = new Link(
+    this.socket = new ReconnectingSocket(
       url,
-      (m) => this.take(m),
-      () => this.linked(),
+      (m) => this.receive(m),
+      () => this.connectionChanged(),
     );
   }
 
   start(): void {
-    this.link.start();
+    this.socket.start();
     window.setInterval(() => this.tick(), 1000);
   }
 
   send(message: ClientMessage): void {
-    if (!this.link.send(message)) this.note("Not sent: there is no connection", true);
+    if (!this.socket.send(message)) this.notify("Not sent: there is no connection", true);
   }
 
   // What is shown
 
   /** The present frame; of live traffic as it has moved on since. */
   get frame(): Frame | null {
-    return this.shown ?? this.now?.frame ?? null;
+    return this.deadReckoned ?? this.current?.frame ?? null;
   }
 
   get liveness(): Liveness {
     return liveness(
       {
-        open: this.link.state === "open",
-        since_s: (performance.now() - this.link.since_ms) / 1000,
+        open: this.socket.state === "open",
+        since_s: (performance.now() - this.socket.since_ms) / 1000,
       },
       this.session,
       this.frameAge_s,
-      this.saidAge_s,
+      this.sessionAge_s,
     );
   }
 
   /** Seconds since the session was told, with the ages in it. */
-  private get saidAge_s(): number {
+  private get sessionAge_s(): number {
     return (performance.now() - this.sessionAt_ms) / 1000;
   }
 
@@ -124,8 +130,8 @@ export class Store {
   }
 
   /** Seconds since what is shown was heard: in live traffic own ship's position, else the frame. */
-  get heardAge_s(): number | null {
-    return heardAge(this.session, this.frameAge_s, this.saidAge_s);
+  get dataAge_s(): number | null {
+    return dataAge(this.session, this.frameAge_s, this.sessionAge_s);
   }
 
   /** Whether this page only looks on: what all see is the owner's to change. */
@@ -134,10 +140,10 @@ export class Store {
   }
 
   /** Ids of the ships of note, in the order of their colours. */
-  get noted(): string[] {
+  get colouredShips(): string[] {
     return (this.frame?.targets ?? [])
-      .filter((t) => this.book.place(t.id) !== null)
-      .sort((a, b) => this.book.place(a.id)! - this.book.place(b.id)!)
+      .filter((t) => this.colours.indexOf(t.id) !== null)
+      .sort((a, b) => this.colours.indexOf(a.id)! - this.colours.indexOf(b.id)!)
       .map((t) => t.id);
   }
 
@@ -146,68 +152,68 @@ export class Store {
   }
 
   encounter(id: string): Meeting | null {
-    return this.now?.encounters?.[id] ?? null;
+    return this.current?.encounters?.[id] ?? null;
   }
 
   /** The ship that a hand or an eye is on. */
-  get lit(): string | null {
+  get highlighted(): string | null {
     return this.hovered ?? this.selected;
   }
 
   /** The certified band of the rudder shown, or why there is none; null while nothing is known. */
   get band(): Banded | null {
-    return bandOf(this.banded, this.now?.frame ?? null);
+    return bandForFrame(this.lastBand, this.current?.frame ?? null);
   }
 
   // What the viewer does
 
   select(id: string | null): void {
     this.selected = id === this.selected ? null : id;
-    this.rank();
-    this.changed();
+    this.updateRanking();
+    this.requestUpdate();
   }
 
   hover(id: string | null): void {
     if (id === this.hovered) return;
     this.hovered = id;
-    this.changed();
+    this.requestUpdate();
   }
 
   /** CPA limits are the server's; they are shown as asked for until it says otherwise. */
   setLimits(limits: Bounds): void {
     this.limits = limits;
     this.send({ type: "limits", ...limits });
-    this.changed();
+    this.requestUpdate();
   }
 
   /** What if she were not there, were not seen, kept her course; or the rudder were put over? */
-  ask(change: WhatIf["change"], more: { ship?: string; degrees?: number }): void {
-    this.asking = true;
+  askWhatIf(change: WhatIf["change"], more: { ship?: string; degrees?: number }): void {
+    this.awaitingWhatIf = true;
     this.send({ type: "whatif", change, ...more });
-    this.changed();
+    this.requestUpdate();
   }
 
   dismissWhatIf(): void {
     window.clearTimeout(this.whatIfTimer);
     this.whatIf = null;
-    this.changed();
+    this.requestUpdate();
   }
 
   dismiss(id: number): void {
     this.notices = this.notices.filter((n) => n.id !== id);
-    this.changed();
+    this.requestUpdate();
   }
 
-  note(text: string, failure: boolean): void {
+  notify(text: string, failure: boolean): void {
     const id = ++this.noticeCount;
     this.notices = [...this.notices.slice(-2), { id, text, failure }];
     window.setTimeout(() => this.dismiss(id), NOTICE_MS);
-    this.changed();
+    this.requestUpdate();
   }
 
   // What the server says
 
-  take(message: ServerMessage): void {
+  receive(message: ServerMessage): void {
     switch (message.type) {
       case "hello":
         this.version = message.version;
@@ -229,107 +235,107 @@ export class Store {
         break;
       case "alarms":
         this.alarms = message.alarms;
-        this.rank();
+        this.updateRanking();
         break;
       case "band":
-        this.banded = message;
+        this.lastBand = message;
         break;
       case "whatif":
-        this.asking = false;
+        this.awaitingWhatIf = false;
         this.whatIf = message;
         window.clearTimeout(this.whatIfTimer);
         this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHATIF_MS);
         break;
       case "failure":
-        this.asking = false;
-        this.note(message.message, true);
+        this.awaitingWhatIf = false;
+        this.notify(message.message, true);
         break;
       case "notice":
-        this.note(message.message, false);
+        this.notify(message.message, false);
         break;
       case "pong":
         return;
     }
-    this.changed();
+    this.requestUpdate();
   }
 
   private newSession(session: Session): void {
     const before = this.session;
     const other = before && (before.source !== session.source || before.mode !== session.mode);
-    if (other) this.forget();
+    if (other) this.resetVoyage();
     if (!session.compare) this.compareFrames = [];
     this.session = session;
     this.sessionAt_ms = performance.now();
   }
 
-  private forget(): void {
+  private resetVoyage(): void {
     this.dismissWhatIf();
     this.frames = [];
     this.compareFrames = [];
-    this.now = this.shown = null;
-    this.banded = null;
+    this.current = this.deadReckoned = null;
+    this.lastBand = null;
     this.path = [];
     this.frameAt_ms = null;
     this.alarms = [];
     this.selected = null;
     this.hovered = null;
-    this.book.clear();
+    this.colours.clear();
     this.rows = [];
   }
 
   private newHistory(frames: Frame[], compare: Frame[]): void {
     this.dismissWhatIf();
     const last = frames.at(-1);
-    this.frames = frames.slice(-MOST_FRAMES);
-    this.frames.slice(0, -1).forEach(lighten);
-    this.compareFrames = compare.slice(-MOST_FRAMES);
-    this.compareFrames.forEach(lighten);
+    this.frames = frames.slice(-MAX_FRAMES);
+    this.frames.slice(0, -1).forEach(dropSweeps);
+    this.compareFrames = compare.slice(-MAX_FRAMES);
+    this.compareFrames.forEach(dropSweeps);
     this.path = [];
-    this.banded = null;
-    this.now = last ? { frame: last } : null;
-    this.shown = null;
+    this.lastBand = null;
+    this.current = last ? { frame: last } : null;
+    this.deadReckoned = null;
     this.frameAt_ms = last ? performance.now() : null;
-    this.book.clear();
-    this.rank();
+    this.colours.clear();
+    this.updateRanking();
   }
 
   private newFrame(instant: FrameNow): void {
     const { frame, compare } = instant;
     const before = this.frames.at(-1);
-    if (before) lighten(before);
-    this.frames = added(this.frames, frame);
-    if (compare) this.compareFrames = added(this.compareFrames, compare);
+    if (before) dropSweeps(before);
+    this.frames = appendFrame(this.frames, frame);
+    if (compare) this.compareFrames = appendFrame(this.compareFrames, compare);
     if (instant.path) this.path = instant.path;
-    this.now = instant;
-    this.shown = null;
+    this.current = instant;
+    this.deadReckoned = null;
     this.frameAt_ms = performance.now();
-    this.rank();
+    this.updateRanking();
   }
 
-  private rank(): void {
+  private updateRanking(): void {
     const frame = this.frame;
     if (!frame) return;
     this.dangerScale = roundScale(largestDanger(this.frames));
-    this.rows = ranked(frame, this.alarms, this.dangerScale);
-    const ids = byNote(this.rows, (id) => this.book.place(id) !== null);
+    this.rows = rankTargets(frame, this.alarms, this.dangerScale);
+    const ids = idsByProminence(this.rows, (id) => this.colours.indexOf(id) !== null);
     const chosen = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
-    this.book.update(chosen, new Set(frame.targets.map((t) => t.id)));
+    this.colours.update(chosen, new Set(frame.targets.map((t) => t.id)));
   }
 
-  private linked(): void {
+  private connectionChanged(): void {
     this.preparing = null;
-    this.asking = false;
-    this.changed();
+    this.awaitingWhatIf = false;
+    this.requestUpdate();
   }
 
   /** Once a second: ages grow, and live traffic goes on until the next frame. */
   private tick(): void {
-    const [frame, age_s] = [this.now?.frame, this.frameAge_s];
+    const [frame, age_s] = [this.current?.frame, this.frameAge_s];
     if (this.liveness.state === "live" && frame && age_s !== null) {
-      this.shown = carriedOn(frame, age_s);
-      this.rank();
+      this.deadReckoned = deadReckon(frame, age_s);
+      this.updateRanking();
     }
-    this.changed();
+    this.requestUpdate();
   }
 
   // Who listens
@@ -343,7 +349,7 @@ export class Store {
   }
 
   /** Redraw all once, with the next picture of the screen. */
-  changed(): void {
+  requestUpdate(): void {
     if (this.scheduled) return;
     this.scheduled = true;
     queueMicrotask(() => {
@@ -354,7 +360,7 @@ export class Store {
 }
 
 /** Binds a component to the store: it is drawn anew whenever something changes. */
-export class Watch implements ReactiveController {
+export class StoreController implements ReactiveController {
   constructor(
     private readonly host: ReactiveControllerHost,
     private readonly store: Store,

@@ -1,6 +1,6 @@
 import { describe, expect, it, vi } from "vitest";
 
-import { bandOf, ends } from "../src/domain/certified-band";
+import { bandForFrame, bracketEnds } from "../src/domain/certified-band";
 import type { Banded } from "../src/protocol.gen";
 import { frame, frameMessage, session } from "./fixtures";
 
@@ -24,39 +24,39 @@ const shown = (time_s: number, rudder_rad: number, pilot = "paper-sum") =>
 
 describe("a band belongs to one rudder", () => {
   it("of its time, its pilot and its angle", () => {
-    expect(bandOf(told(), shown(5, 0.02))).toEqual(told());
-    expect(bandOf(told(), shown(10, 0.02))).toBeNull();
-    expect(bandOf(told(), shown(5, 0.021))).toBeNull();
-    expect(bandOf(told(), shown(5, 0.02, "large-ship-sum"))).toBeNull();
-    expect(bandOf(told(), null)).toBeNull();
-    expect(bandOf(null, shown(5, 0.02))).toBeNull();
+    expect(bandForFrame(told(), shown(5, 0.02))).toEqual(told());
+    expect(bandForFrame(told(), shown(10, 0.02))).toBeNull();
+    expect(bandForFrame(told(), shown(5, 0.021))).toBeNull();
+    expect(bandForFrame(told(), shown(5, 0.02, "large-ship-sum"))).toBeNull();
+    expect(bandForFrame(told(), null)).toBeNull();
+    expect(bandForFrame(null, shown(5, 0.02))).toBeNull();
   });
 
   it("and says why there is none where nothing is advised", () => {
     const none = told({ rudder_rad: null, band: null, full: "no certified band" });
-    expect(bandOf(none, frame(5, [], { pilot: "paper-sum" }))).toEqual(none);
+    expect(bandForFrame(none, frame(5, [], { pilot: "paper-sum" }))).toEqual(none);
   });
 });
 
 describe("the store", () => {
   it("shows a band until the next frame, and never beside another one", () => {
     const page = new Store();
-    page.take(session());
-    page.take(frameMessage(shown(5, 0.02)));
+    page.receive(session());
+    page.receive(frameMessage(shown(5, 0.02)));
     expect(page.band).toBeNull();
-    page.take(told());
+    page.receive(told());
     expect(page.band?.short).toBe("certain: to starboard");
-    page.take(frameMessage(shown(10, 0.02)));
+    page.receive(frameMessage(shown(10, 0.02)));
     expect(page.band).toBeNull();
-    page.take(told());
+    page.receive(told());
     expect(page.band).toBeNull();
   });
 
   it("forgets it with the voyage", () => {
     const page = new Store();
-    page.take(frameMessage(shown(5, 0.02)));
-    page.take(told());
-    page.take({ type: "history", frames: [shown(5, 0.02)], compare: [] });
+    page.receive(frameMessage(shown(5, 0.02)));
+    page.receive(told());
+    page.receive({ type: "history", frames: [shown(5, 0.02)], compare: [] });
     expect(page.band).toBeNull();
   });
 });
@@ -65,10 +65,10 @@ describe("its place on a scale", () => {
   const x = (rad: number): number => 100 + 1000 * rad;
 
   it("is where its rudders are", () => {
-    expect(ends(told().band!, x, 8)).toEqual([110, 130]);
+    expect(bracketEnds(told().band!, x, 8)).toEqual([110, 130]);
   });
 
   it("is wide enough to be seen, about the same middle", () => {
-    expect(ends({ low_rad: 0.02, high_rad: 0.02 }, x, 8)).toEqual([116, 124]);
+    expect(bracketEnds({ low_rad: 0.02, high_rad: 0.02 }, x, 8)).toEqual([116, 124]);
   });
 });

@@ -1,13 +1,13 @@
 import { describe, expect, it } from "vitest";
 
 import {
-  Book,
+  ColourRegistry,
   contrast,
-  linear,
+  linearRgb,
   luminance,
-  numberInk,
+  textColourOn,
   PALETTES,
-  PLACES,
+  N_SHIP_COLOURS,
   SHIP_COLOURS,
   type Palette,
 } from "../src/domain/colours";
@@ -74,7 +74,7 @@ function lab(rgb: Rgb): Rgb {
 }
 
 function difference(a: string, b: string, sight: number[][]): number {
-  const [p, q] = [lab(apply(sight, linear(a))), lab(apply(sight, linear(b)))];
+  const [p, q] = [lab(apply(sight, linearRgb(a))), lab(apply(sight, linearRgb(b)))];
   return Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
 
@@ -82,7 +82,7 @@ describe.each(PALETTES)("the %s palette", (palette) => {
   const colours = SHIP_COLOURS[palette];
 
   it.each(Object.keys(SIGHTS))("tells ships apart with %s colour vision", (sight) => {
-    for (let i = 0; i < PLACES; i++)
+    for (let i = 0; i < N_SHIP_COLOURS; i++)
       for (let j = 0; j < i; j++)
         expect(
           difference(colours[i]!, colours[j]!, SIGHTS[sight]!),
@@ -105,7 +105,7 @@ describe.each(PALETTES)("the %s palette", (palette) => {
 
   it("carries numbers that can be read (4.5:1)", () => {
     for (const colour of colours)
-      expect(contrast(colour, numberInk(colour, palette)), colour).toBeGreaterThanOrEqual(4.5);
+      expect(contrast(colour, textColourOn(colour, palette)), colour).toBeGreaterThanOrEqual(4.5);
   });
 
   it("can be read (4.5:1)", () => {
@@ -141,37 +141,37 @@ describe("the book of colours", () => {
   const sea = (...ids: string[]): Set<string> => new Set(ids);
 
   it("keeps a ship's place while she is there", () => {
-    const book = new Book();
+    const book = new ColourRegistry();
     book.update(["a", "b"], sea("a", "b", "c"));
-    const before = book.place("b");
+    const before = book.indexOf("b");
     book.update(["c", "a"], sea("a", "b", "c"));
-    expect(book.place("b")).toBe(before);
-    expect(book.place("c")).not.toBe(before);
+    expect(book.indexOf("b")).toBe(before);
+    expect(book.indexOf("c")).not.toBe(before);
   });
 
   it("gives no place twice and takes it from those of least note when all are held", () => {
-    const book = new Book();
-    const all = Array.from({ length: PLACES + 2 }, (_, k) => `s${k}`);
-    book.update(all.slice(0, PLACES), new Set(all));
+    const book = new ColourRegistry();
+    const all = Array.from({ length: N_SHIP_COLOURS + 2 }, (_, k) => `s${k}`);
+    book.update(all.slice(0, N_SHIP_COLOURS), new Set(all));
     book.update(["s6", "s7", "s0", "s1", "s2", "s3"], new Set(all));
-    const held = all.map((id) => book.place(id)).filter((p) => p !== null);
+    const held = all.map((id) => book.indexOf(id)).filter((p) => p !== null);
     expect(new Set(held).size).toBe(held.length);
-    expect(held.length).toBe(PLACES);
-    expect(book.place("s6")).not.toBeNull();
-    expect(book.place("s0")).toBe(0);
+    expect(held.length).toBe(N_SHIP_COLOURS);
+    expect(book.indexOf("s6")).not.toBeNull();
+    expect(book.indexOf("s0")).toBe(0);
   });
 
   it("gives ship 3 the number 3 while it is free", () => {
-    const book = new Book();
+    const book = new ColourRegistry();
     book.update(["3", "1", "230008070"], sea("3", "1", "230008070"));
-    expect([book.place("3"), book.place("1"), book.place("230008070")]).toEqual([2, 0, 1]);
+    expect([book.indexOf("3"), book.indexOf("1"), book.indexOf("230008070")]).toEqual([2, 0, 1]);
   });
 
   it("frees the place of a ship that is gone", () => {
-    const book = new Book();
+    const book = new ColourRegistry();
     book.update(["a"], sea("a"));
     book.update(["b"], sea("b"));
-    expect(book.place("a")).toBeNull();
-    expect(book.place("b")).toBe(0);
+    expect(book.indexOf("a")).toBeNull();
+    expect(book.indexOf("b")).toBe(0);
   });
 });

@@ -1,14 +1,14 @@
 import { describe, expect, it } from "vitest";
 
-import { quiet } from "../src/domain/cpa-watch";
+import { cpaWatch } from "../src/domain/cpa-watch";
 
 const limits = { dcpa_m: 1852, tcpa_s: 600 };
 
 describe("that there is no CPA alarm", () => {
   it("is said of a picture that is looked at", () => {
     for (const state of ["live", "playing", "paused", "ended"] as const)
-      expect(quiet({ state, text: "" }, limits)).toEqual({
-        watched: true,
+      expect(cpaWatch({ state, text: "" }, limits)).toEqual({
+        active: true,
         text: "No CPA alarm (limits 1.00 NM, 10 min)",
       });
   });
@@ -16,7 +16,7 @@ describe("that there is no CPA alarm", () => {
   it("is not said where nobody watches", () => {
     const text = "CPA not watched: no picture of now";
     for (const state of ["stale", "waiting"] as const)
-      expect(quiet({ state, text: "" }, limits)).toEqual({ watched: false, text });
-    expect(quiet({ state: "live", text: "" }, null)).toEqual({ watched: false, text });
+      expect(cpaWatch({ state, text: "" }, limits)).toEqual({ active: false, text });
+    expect(cpaWatch({ state: "live", text: "" }, null)).toEqual({ active: false, text });
   });
 });

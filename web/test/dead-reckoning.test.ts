@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { carriedOn, MOST_S } from "../src/domain/dead-reckoning";
+import { deadReckon, MAX_DEAD_RECKONING_S } from "../src/domain/dead-reckoning";
 import { closestApproach } from "../src/domain/geometry";
 import { frame, target } from "./fixtures";
 
@@ -14,7 +14,7 @@ const before = frame(
 );
 
 describe("between two live frames", () => {
-  const now = carriedOn(before, 4);
+  const now = deadReckon(before, 4);
   const [one, lost] = now.targets;
 
   it("own ship and targets go straight on, and the clock with them", () => {
@@ -39,8 +39,8 @@ describe("between two live frames", () => {
   });
 
   it("no longer than a frame may be late, and the frame itself is left alone", () => {
-    expect(carriedOn(before, 60)).toEqual(carriedOn(before, MOST_S));
-    expect(carriedOn(before, 0)).toBe(before);
+    expect(deadReckon(before, 60)).toEqual(deadReckon(before, MAX_DEAD_RECKONING_S));
+    expect(deadReckon(before, 0)).toBe(before);
     expect(before.targets[0]!.age_s).toBe(3);
   });
 });

@@ -4,11 +4,11 @@ import {
   bearing,
   closestApproach,
   distance,
-  DOMAIN_LOA,
+  DOMAIN_HALF_AXES_LOA,
   domainOutline,
   fromBody,
-  later,
-  wrapped,
+  positionAfter,
+  wrapAngle,
   type Motion,
 } from "../src/domain/geometry";
 import { radians } from "../src/domain/units";
@@ -33,7 +33,7 @@ describe("closest approach", () => {
     let least = Infinity;
     let when = 0;
     for (let t = 0; t < 3600; t += 0.25) {
-      const d = distance(later(own, t), later(target, t));
+      const d = distance(positionAfter(own, t), positionAfter(target, t));
       if (d < least) [least, when] = [d, t];
     }
     expect(cpa.tcpa_s).toBeCloseTo(when, 0);
@@ -58,8 +58,8 @@ describe("directions", () => {
     const here = { east_m: 0, north_m: 0 };
     expect(bearing(here, { east_m: 1, north_m: 0 })).toBeCloseTo(Math.PI / 2);
     expect(bearing(here, { east_m: -1, north_m: 0 })).toBeCloseTo((3 * Math.PI) / 2);
-    expect(wrapped(radians(190))).toBeCloseTo(radians(-170));
-    expect(wrapped(Math.PI)).toBeCloseTo(-Math.PI);
+    expect(wrapAngle(radians(190))).toBeCloseTo(radians(-170));
+    expect(wrapAngle(Math.PI)).toBeCloseTo(-Math.PI);
   });
 
   it("turn the body frame with the heading", () => {
@@ -84,8 +84,8 @@ describe("the domain (Eq. 14-15)", () => {
 
   it("lies on the edge where Eq. 13 is 0", () => {
     for (const p of domainOutline(340)) {
-      const across = (p.x >= 0 ? DOMAIN_LOA.starboard : DOMAIN_LOA.port) * 340;
-      const along = (p.y >= 0 ? DOMAIN_LOA.ahead : DOMAIN_LOA.astern) * 340;
+      const across = (p.x >= 0 ? DOMAIN_HALF_AXES_LOA.starboard : DOMAIN_HALF_AXES_LOA.port) * 340;
+      const along = (p.y >= 0 ? DOMAIN_HALF_AXES_LOA.ahead : DOMAIN_HALF_AXES_LOA.astern) * 340;
       expect(Math.hypot(p.x / across, p.y / along)).toBeCloseTo(1, 9);
     }
   });

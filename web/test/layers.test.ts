@@ -3,19 +3,19 @@
 import { describe, expect, test } from "vitest";
 
 import { closestApproach } from "../src/domain/geometry";
-import { ranked } from "../src/domain/ranking";
+import { rankTargets } from "../src/domain/ranking";
 import { View } from "../src/domain/view";
-import type { Inks } from "../src/plan/plan-colours";
-import { draw } from "../src/plan/layers";
-import { described, under } from "../src/plan/hit-test";
-import { ownMotion, scaleFor, type Context, type Scene } from "../src/plan/scene";
-import { DEFAULTS } from "../src/settings";
+import type { PlanColours } from "../src/plan/plan-colours";
+import { drawPlan } from "../src/plan/layers";
+import { describePlan, targetAt } from "../src/plan/hit-test";
+import { ownMotion, pixelsPerMetre, type Context, type Scene } from "../src/plan/scene";
+import { DEFAULT_SETTINGS } from "../src/settings";
 import type { Alarm, Frame } from "../src/protocol.gen";
 import { alarm, frame, target } from "./fixtures";
 
 const SIZE = 600;
 const RADIUS = 266;
-const INKS: Inks = {
+const INKS: PlanColours = {
   sea: "sea",
   ring: "ring",
   ringText: "ring-text",
@@ -26,8 +26,8 @@ const INKS: Inks = {
   compare: "compare",
   whatIf: "what-if",
   alarm: "alarm",
-  ink: "ink",
-  soft: "soft",
+  text: "ink",
+  muted: "soft",
   line: "line",
   ships: ["#111111", "#222222"],
 };
@@ -67,12 +67,12 @@ function canvas(): { context: Context; calls: Call[] } {
 }
 
 function scene(now: Frame, some: Partial<Scene> & { alarms?: Alarm[] } = {}): Scene {
-  const choices = { ...DEFAULTS, range_nm: 6, ...some.choices };
+  const settings = { ...DEFAULT_SETTINGS, range_nm: 6, ...some.settings };
   const view = new View(
     now.own,
     0,
     { x: SIZE / 2, y: SIZE / 2 },
-    scaleFor(RADIUS, choices.range_nm),
+    pixelsPerMetre(RADIUS, settings.range_nm),
   );
   return {
     frame: now,
@@ -80,24 +80,24 @@ function scene(now: Frame, some: Partial<Scene> & { alarms?: Alarm[] } = {}): Sc
     compare: [],
     path: [],
     whatIf: [],
-    rows: ranked(now, some.alarms ?? [], 0.5),
+    rows: rankTargets(now, some.alarms ?? [], 0.5),
     selected: null,
     hovered: null,
-    place: () => null,
-    inks: INKS,
+    colourIndex: () => null,
+    colours: INKS,
     view,
     width: SIZE,
     height: SIZE,
     radius: RADIUS,
-    bright: true,
+    flashOn: true,
     ...some,
-    choices,
+    settings,
   };
 }
 
 function drawn(of: Scene): Call[] {
   const { context, calls } = canvas();
-  draw(context, of);
+  drawPlan(context, of);
   return calls;
 }
 
@@ -120,7 +120,7 @@ describe("own ship", () => {
   });
 
   test("has a heading line to the outermost ring, and a vector as long as she goes in its time", () => {
-    const of = scene(frame(0), { choices: { ...DEFAULTS, vector_min: 12 } });
+    const of = scene(frame(0), { settings: { ...DEFAULT_SETTINGS, vector_min: 12 } });
     const ends = drawn(of).filter((c) => c.name === "lineTo" && c.stroke === "own");
     near(ends[0], { x: 300, y: 300 - RADIUS });
     const run = of.view.toScreen({ east_m: 0, north_m: 5.144 * 12 * 60 });
@@ -175,20 +175,21 @@ describe("targets", () => {
       triangles(drawn(scene(now, some)), "alarm").filter((c) => c.width === 3).length;
     expect(bold({})).toBe(0);
     expect(bold({ alarms: [alarm("1")] })).toBe(1);
-    expect(bold({ alarms: [alarm("1")], bright: false })).toBe(0);
-    expect(bold({ alarms: [alarm("1", { state: "acknowledged" })], bright: false })).toBe(1);
+    expect(bold({ alarms: [alarm("1")], flashOn: false })).toBe(0);
+    expect(bold({ alarms: [alarm("1", { state: "acknowledged" })], flashOn: false })).toBe(1);
   });
 
   test("that are lost have no vector and no ghost, and are crossed out", () => {
     const lines = (lost: boolean) => {
-      const of = scene(frame(0, [target("1", { lost })]), { place: () => 0 });
+      const of = scene(frame(0, [target("1", { lost })]), { colourIndex: () => 0 });
       return drawn(of).filter(
         (c) => c.name === "lineTo" && c.stroke === "#111111" && c.dash === "6,4",
       );
     };
     expect(lines(false)).toHaveLength(1);
     expect(lines(true)).toHaveLength(0);
-    const of = (lost: boolean) => scene(frame(0, [target("1", { lost })]), { place: () => 0 });
+    const of = (lost: boolean) =>
+      scene(frame(0, [target("1", { lost })]), { colourIndex: () => 0 });
     expect(arcs(drawn(of(false)), "#111111", 4)).toHaveLength(1);
     expect(arcs(drawn(of(true)), "#111111", 4)).toHaveLength(0);
   });
@@ -200,8 +201,8 @@ describe("targets", () => {
       );
       const of = scene(frames.at(-1)!, {
         frames,
-        place: () => 0,
-        choices: { ...DEFAULTS, vectors },
+        colourIndex: () => 0,
+        settings: { ...DEFAULT_SETTINGS, vectors },
       });
       const lines = drawn(of).filter((c) => c.name === "moveTo" || c.name === "lineTo");
       const end = lines.find(
@@ -238,7 +239,7 @@ describe("targets", () => {
     const ys = dots.map((c) => c.args[1]!).sort((a, b) => a - b);
     const step = 30 * 10 * of.view.px_m; // both ships' speeds
     ys.slice(1).forEach((y, k) => expect(y - ys[k]!).toBeCloseTo(step, 6));
-    const off = scene(frames.at(-1)!, { frames, choices: { ...DEFAULTS, trail_min: 0 } });
+    const off = scene(frames.at(-1)!, { frames, settings: { ...DEFAULT_SETTINGS, trail_min: 0 } });
     expect(arcs(drawn(off), "other", 1)).toHaveLength(0);
   });
 });
@@ -249,7 +250,7 @@ describe("ghosts", () => {
   ]);
 
   test("stand where both ships are nearest", () => {
-    const of = scene(now, { place: () => 0 });
+    const of = scene(now, { colourIndex: () => 0 });
     const cpa = closestApproach(ownMotion(now), now.targets[0]!);
     near(arcs(drawn(of), "#111111", 4)[0], of.view.toScreen(cpa.own));
     const calls = drawn(of).filter((c) => c.name === "translate");
@@ -277,10 +278,10 @@ test("what is under the pointer is the nearest ship, and the picture is told in 
   ]);
   const of = scene(now);
   const at = of.view.toScreen({ east_m: 480, north_m: 5000 });
-  expect(under(of, at)?.id).toBe("2");
-  expect(under(of, { x: 5, y: 5 })).toBeNull();
-  expect(described(of)).toContain(
+  expect(targetAt(of, at)?.id).toBe("2");
+  expect(targetAt(of, { x: 5, y: 5 })).toBeNull();
+  expect(describePlan(of)).toContain(
     "north-up, relative motion, range 6 miles, rings every 1 NM; 2 ships",
   );
-  expect(described(of)).toContain("ship 2, 2.71 miles, 6° to starboard");
+  expect(describePlan(of)).toContain("ship 2, 2.71 miles, 6° to starboard");
 });

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { liveness, SILENT_S } from "../src/domain/liveness";
+import { liveness, MAX_DATA_AGE_S } from "../src/domain/liveness";
 import { session } from "./fixtures";
 
 const open = { open: true, since_s: 100 };
@@ -18,8 +18,10 @@ describe("stale data is never shown as live", () => {
   it("when a live source is silent or gone", () => {
     const live = session({ mode: "live", connected: true, heard_s: 2, own_s: 2 });
     expect(liveness(open, live, 1, 1).state).toBe("live");
-    expect(liveness(open, live, SILENT_S, SILENT_S).text).toBe("Nothing heard for 32 s");
-    expect(liveness(open, { ...live, heard_s: SILENT_S + 1 }, 0, 0).state).toBe("stale");
+    expect(liveness(open, live, MAX_DATA_AGE_S, MAX_DATA_AGE_S).text).toBe(
+      "Nothing heard for 32 s",
+    );
+    expect(liveness(open, { ...live, heard_s: MAX_DATA_AGE_S + 1 }, 0, 0).state).toBe("stale");
     expect(liveness(open, { ...live, heard_s: null, own_s: null }, 31, 1).state).toBe("stale");
     expect(liveness(open, { ...live, connected: false }, 0, 0).state).toBe("stale");
   });

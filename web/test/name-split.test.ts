@@ -1,18 +1,22 @@
 import { expect, it } from "vitest";
 
-import { split } from "../src/domain/name-split";
+import { splitAtNames } from "../src/domain/name-split";
 
 it("finds names as whole words, the longest first", () => {
-  expect(split("Danger from ship 1 and ship 12", ["ship 1", "ship 12"])).toEqual([
+  expect(splitAtNames("Danger from ship 1 and ship 12", ["ship 1", "ship 12"])).toEqual([
     "Danger from ",
     "ship 1",
     " and ",
     "ship 12",
   ]);
-  expect(split("ship 13 passes", ["ship 1"])).toEqual(["ship 13 passes"]);
+  expect(splitAtNames("ship 13 passes", ["ship 1"])).toEqual(["ship 13 passes"]);
 });
 
 it("takes names as they are, whatever signs they hold", () => {
-  expect(split("for M/V (A+B), turn", ["M/V (A+B)"])).toEqual(["for ", "M/V (A+B)", ", turn"]);
-  expect(split("nobody", [])).toEqual(["nobody"]);
+  expect(splitAtNames("for M/V (A+B), turn", ["M/V (A+B)"])).toEqual([
+    "for ",
+    "M/V (A+B)",
+    ", turn",
+  ]);
+  expect(splitAtNames("nobody", [])).toEqual(["nobody"]);
 });

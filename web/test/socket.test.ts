@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { Link, parsed, socketUrl } from "../src/socket";
+import { ReconnectingSocket, parseMessage, socketUrl } from "../src/socket";
 
 describe("the socket", () => {
   it("lies beside the page and takes the token along", () => {
@@ -12,8 +12,8 @@ describe("the socket", () => {
 
   it("takes nothing that is not a message", () => {
     for (const bad of ["", "{", "null", "3", "[]", "{}", new ArrayBuffer(3), undefined])
-      expect(parsed(bad)).toBeNull();
-    expect(parsed('{"type":"pong"}')).toEqual({ type: "pong" });
+      expect(parseMessage(bad)).toBeNull();
+    expect(parseMessage('{"type":"pong"}')).toEqual({ type: "pong" });
   });
 });
 
@@ -44,7 +44,7 @@ describe("an outage", () => {
   });
 
   it("lasts from the loss of the line until it is open again, however often it is tried", () => {
-    const link = new Link("ws://ship/ws", vi.fn(), vi.fn());
+    const link = new ReconnectingSocket("ws://ship/ws", vi.fn(), vi.fn());
     link.start();
     Socket.last.onopen();
     vi.advanceTimersByTime(1000);

@@ -1,6 +1,6 @@
 import { describe, expect, test } from "vitest";
 
-import { turning } from "../src/domain/turn-detection";
+import { turnDirection } from "../src/domain/turn-detection";
 import { frame, target } from "./fixtures";
 
 const seen = (...courses: (number | null)[]) =>
@@ -10,14 +10,14 @@ const seen = (...courses: (number | null)[]) =>
 
 describe("a ship", () => {
   test("turns where her course changes, through north too", () => {
-    expect(turning(seen(0, 0.1), "1")).toBe(1);
-    expect(turning(seen(0.05, 2 * Math.PI - 0.05), "1")).toBe(-1);
+    expect(turnDirection(seen(0, 0.1), "1")).toBe(1);
+    expect(turnDirection(seen(0.05, 2 * Math.PI - 0.05), "1")).toBe(-1);
   });
 
   test("that yaws, was not there, or turned long ago does not", () => {
-    expect(turning(seen(0, 0.03, 0), "1")).toBe(0);
-    expect(turning(seen(1, null, 0), "1")).toBe(0);
-    expect(turning(seen(1, 0, 0, 0, 0, 0, 0, 0), "1")).toBe(0);
-    expect(turning([], "1")).toBe(0);
+    expect(turnDirection(seen(0, 0.03, 0), "1")).toBe(0);
+    expect(turnDirection(seen(1, null, 0), "1")).toBe(0);
+    expect(turnDirection(seen(1, 0, 0, 0, 0, 0, 0, 0), "1")).toBe(0);
+    expect(turnDirection([], "1")).toBe(0);
   });
 });

@@ -1,12 +1,12 @@
 import { describe, expect, it } from "vitest";
 
-import { metres, radians } from "../src/domain/units";
+import { milesToMetres, radians } from "../src/domain/units";
 import {
-  middleOf,
-  ringText,
-  SCALES_NM,
-  stepped,
-  upward,
+  viewCentre,
+  formatRingInterval,
+  RANGE_SCALES_NM,
+  stepThrough,
+  upBearing,
   vectorEnd,
   View,
 } from "../src/domain/view";
@@ -40,22 +40,22 @@ describe("orientation and motion", () => {
   });
 
   it("points north, the head or the course up", () => {
-    expect(upward("north-up", turning)).toBe(0);
-    expect(upward("head-up", turning)).toBeCloseTo(radians(40));
-    expect(upward("course-up", turning)).toBeCloseTo(radians(45));
+    expect(upBearing("north-up", turning)).toBe(0);
+    expect(upBearing("head-up", turning)).toBeCloseTo(radians(40));
+    expect(upBearing("course-up", turning)).toBeCloseTo(radians(45));
   });
 
   it("keeps own ship in the middle in relative motion", () => {
-    expect(middleOf("relative", turning, 6, { east_m: 9, north_m: 9 })).toBe(turning.own);
+    expect(viewCentre("relative", turning, 6, { east_m: 9, north_m: 9 })).toBe(turning.own);
   });
 
   it("stands still in true motion until own ship nears the edge", () => {
-    const still = { east_m: 0, north_m: metres(3) };
-    expect(middleOf("true", turning, 6, still)).toBe(still);
-    const far = { east_m: 0, north_m: metres(3.7) };
-    const reset = middleOf("true", turning, 6, far);
+    const still = { east_m: 0, north_m: milesToMetres(3) };
+    expect(viewCentre("true", turning, 6, still)).toBe(still);
+    const far = { east_m: 0, north_m: milesToMetres(3.7) };
+    const reset = viewCentre("true", turning, 6, far);
     expect(reset).not.toBe(far);
-    expect(Math.hypot(reset.east_m, reset.north_m)).toBeCloseTo(metres(3), 6);
+    expect(Math.hypot(reset.east_m, reset.north_m)).toBeCloseTo(milesToMetres(3), 6);
   });
 });
 
@@ -72,9 +72,9 @@ describe("vectors and scales", () => {
   });
 
   it("names the ring interval and stops at the ends", () => {
-    expect(ringText(0.75)).toBe("0.125 NM");
-    expect(ringText(24)).toBe("4 NM");
-    expect(stepped(SCALES_NM, 24, 1)).toBe(24);
-    expect(stepped(SCALES_NM, 6, -1)).toBe(3);
+    expect(formatRingInterval(0.75)).toBe("0.125 NM");
+    expect(formatRingInterval(24)).toBe("4 NM");
+    expect(stepThrough(RANGE_SCALES_NM, 24, 1)).toBe(24);
+    expect(stepThrough(RANGE_SCALES_NM, 6, -1)).toBe(3);
   });
 });

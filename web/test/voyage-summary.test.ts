@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { account, compared } from "../src/domain/voyage-summary";
+import { summariseVoyage, compareVoyages } from "../src/domain/voyage-summary";
 import { radians } from "../src/domain/units";
 import { frame, target } from "./fixtures";
 
@@ -27,7 +27,7 @@ const voyage = [
 
 describe("an account of a voyage", () => {
   it("names the nearest ship, the time inside the domain, the way turned and the reward", () => {
-    const told = account(voyage)!;
+    const told = summariseVoyage(voyage)!;
     expect(told.nearest_m).toBe(300);
     expect(told.nearest).toBe("ship 1");
     expect(told.inside_s).toBe(5);
@@ -37,16 +37,20 @@ describe("an account of a voyage", () => {
   });
 
   it("leaves out what the frames do not have", () => {
-    expect(account([frame(0)])).toMatchObject({ nearest_m: null, reward: null, rudder_rad: null });
-    expect(account([])).toBeNull();
+    expect(summariseVoyage([frame(0)])).toMatchObject({
+      nearest_m: null,
+      reward: null,
+      rudder_rad: null,
+    });
+    expect(summariseVoyage([])).toBeNull();
   });
 });
 
 it("compares only the time that both have sailed", () => {
   const late = voyage.slice(1).map((f) => ({ ...f, pilot: "straight" }));
-  const [mine, hers] = compared(voyage, late)!;
+  const [mine, hers] = compareVoyages(voyage, late)!;
   expect(mine.inside_s).toBe(0);
   expect(hers.inside_s).toBe(0);
   expect(mine.turned_rad).toBeCloseTo(radians(5));
-  expect(compared(voyage, [])).toBeNull();
+  expect(compareVoyages(voyage, [])).toBeNull();
 });

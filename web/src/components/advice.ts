@@ -3,12 +3,20 @@
 import { css, html, LitElement, nothing, svg } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { steered } from "../domain/own-motion";
-import { age, course, degrees, rateOfTurn, rudder, rudderWords, speed } from "../domain/units";
-import { store, Watch } from "../store";
+import { isHeadingKnown } from "../domain/own-motion";
+import {
+  formatAge,
+  formatCourse,
+  degrees,
+  formatRateOfTurn,
+  formatRudder,
+  rudderOrder,
+  formatKnots,
+} from "../domain/units";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 import type { Banded, Frame } from "../protocol.gen";
-import { bandMark, bandStyle, bandWords } from "./band-bracket";
+import { bandBracket, bandStyle, bandText } from "./band-bracket";
 
 const MARGIN = 16;
 /** Height of the scale, and where its bar begins [px]. */
@@ -98,7 +106,7 @@ export class Advice extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override connectedCallback(): void {
@@ -118,8 +126,8 @@ export class Advice extends LitElement {
         <p class="soft">${store.liveness.text}</p>`;
     const stale = store.liveness.state === "stale";
     const decision = frame.decision ?? null;
-    const ground = !steered(frame);
-    const words = decision ? rudderWords(decision.rudder_rad) : null;
+    const ground = !isHeadingKnown(frame);
+    const words = decision ? rudderOrder(decision.rudder_rad) : null;
     const band = stale ? null : store.band;
     return html`
       <header>
@@ -135,23 +143,25 @@ export class Advice extends LitElement {
         }
       </div>
       ${gauge(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
-      ${bandWords(band, stale ? null : store.banded, store.settings.all.level)}
+      ${bandText(band, stale ? null : store.lastBand, store.settings.values.level)}
       <dl class="number">
         <div>
           <dt>Rudder</dt>
-          <dd>${frame.own.rudder_rad == null ? "no sensor" : rudder(frame.own.rudder_rad)}</dd>
+          <dd>
+            ${frame.own.rudder_rad == null ? "no sensor" : formatRudder(frame.own.rudder_rad)}
+          </dd>
         </div>
         <div>
           <dt>${ground ? "COG" : "Heading"}</dt>
-          <dd>${course(frame.own.heading_rad)}</dd>
+          <dd>${formatCourse(frame.own.heading_rad)}</dd>
         </div>
         <div>
           <dt>${ground ? "SOG" : "Speed"}</dt>
-          <dd>${speed(frame.own.speed_m_s)} kn</dd>
+          <dd>${formatKnots(frame.own.speed_m_s)} kn</dd>
         </div>
         <div>
           <dt>Rate of turn</dt>
-          <dd>${rateOfTurn(frame.own.rate_of_turn_rad_s)}</dd>
+          <dd>${formatRateOfTurn(frame.own.rate_of_turn_rad_s)}</dd>
         </div>
       </dl>
     `;
@@ -163,8 +173,8 @@ export class Advice extends LitElement {
     const who =
       frame.decision?.applied === false ? advises : `${guards ? "guard" : "pilot"} steers`;
     if (store.session?.mode === "replay") return guards ? "recorded, guard's" : "recorded decision";
-    const old = store.heardAge_s;
-    return stale && old !== null ? `${age(old)} old` : who;
+    const old = store.dataAge_s;
+    return stale && old !== null ? `${formatAge(old)} old` : who;
   }
 }
 
@@ -211,7 +221,7 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
             ${deg === 0 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`}</text>`
         }`,
       )}
-      ${bandMark(band, x, BAR)}
+      ${bandBracket(band, x, BAR)}
       ${
         other == null
           ? nothing

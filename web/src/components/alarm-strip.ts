@@ -6,16 +6,16 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { byUrgency, TOLD } from "../domain/ranking";
-import { clock, miles, shipName } from "../domain/units";
-import { quiet } from "../domain/cpa-watch";
-import { store, Watch } from "../store";
+import { compareAlarms, MAX_NAMED_ALARMS } from "../domain/ranking";
+import { formatDuration, formatMiles, shortName } from "../domain/units";
+import { cpaWatch } from "../domain/cpa-watch";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
-import { chip } from "./ship-badge";
+import { shipBadge } from "./ship-badge";
 import type { Alarm } from "../protocol.gen";
 
 /** Alarms told one by one where there are more than can be told; the list marks the others. */
-const FEW = 2;
+const N_NAMED_WHEN_MANY = 2;
 
 @customElement("gh-alarm-strip")
 export class AlarmStrip extends LitElement {
@@ -96,17 +96,17 @@ export class AlarmStrip extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
-    const alarms = [...store.alarms].sort(byUrgency);
+    const alarms = [...store.alarms].sort(compareAlarms);
     const open = alarms.filter((a) => a.state === "unacknowledged");
-    const told = alarms.length > TOLD ? FEW : TOLD;
+    const told = alarms.length > MAX_NAMED_ALARMS ? N_NAMED_WHEN_MANY : MAX_NAMED_ALARMS;
     const more = alarms.length - told;
-    const none = quiet(store.liveness, store.limits);
+    const none = cpaWatch(store.liveness, store.limits);
     return html`
-      ${alarms.length ? nothing : html`<span class=${none.watched ? "soft" : "unwatched"}>${none.text}</span>`}
+      ${alarms.length ? nothing : html`<span class=${none.active ? "soft" : "unwatched"}>${none.text}</span>`}
       <ul aria-label="CPA alarms">
         ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
         ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
@@ -127,9 +127,10 @@ export class AlarmStrip extends LitElement {
   private one(alarm: Alarm) {
     return html`
       <li class="${alarm.state} ${store.viewOnly ? "view-only" : ""}" title=${alarm.cause}>
-        ${store.book.place(alarm.target) === null ? nothing : chip(alarm.target)}
+        ${store.colours.indexOf(alarm.target) === null ? nothing : shipBadge(alarm.target)}
         <button class="cause number" @click=${() => store.select(alarm.target)}>
-          CPA ${shipName(alarm.name)} ${miles(alarm.dcpa_m)} NM in ${clock(alarm.tcpa_s)}
+          CPA ${shortName(alarm.name)} ${formatMiles(alarm.dcpa_m)} NM in
+          ${formatDuration(alarm.tcpa_s)}
         </button>
         ${
           alarm.state === "unacknowledged" && !store.viewOnly

@@ -3,8 +3,8 @@
 import { css, html, nothing, svg } from "lit";
 import { classMap } from "lit/directives/class-map.js";
 
-import { ends } from "../domain/certified-band";
-import type { Level } from "../settings";
+import { bracketEnds } from "../domain/certified-band";
+import type { DetailLevel } from "../settings";
 import type { Banded } from "../protocol.gen";
 
 /** The bracket's ends are at least so far apart [px]. */
@@ -48,9 +48,9 @@ export const bandStyle = css`
 `;
 
 /** Round the rudders that errors can bring about: `[` and `]` at its ends, on a bar at `top`. */
-export function bandMark(told: Banded | null, x: (rad: number) => number, top: number) {
+export function bandBracket(told: Banded | null, x: (rad: number) => number, top: number) {
   if (!told?.band) return nothing;
-  const [low, high] = ends(told.band, x, LEAST);
+  const [low, high] = bracketEnds(told.band, x, LEAST);
   const [up, down] = [top - ABOVE, top + BELOW];
   return svg`
     <rect class="span" x=${low} y=${top} width=${high - low} height="12" />
@@ -64,7 +64,7 @@ export function bandMark(told: Banded | null, x: (rad: number) => number, top: n
  * errors, on the third why there is no band. Until the band of a new frame comes, the line of the
  * `last` one holds its place, unseen.
  */
-export function bandWords(told: Banded | null, last: Banded | null, level: Level) {
+export function bandText(told: Banded | null, last: Banded | null, level: DetailLevel) {
   if (told && !told.band) return level > 2 ? html`<p class="certain">${told.full}</p>` : nothing;
   const shown = told ?? last;
   if (!shown?.band) return nothing;

@@ -3,9 +3,9 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { compared, type Account } from "../domain/voyage-summary";
-import { age, degrees, miles, rudder, shipName } from "../domain/units";
-import { store, Watch } from "../store";
+import { compareVoyages, type VoyageSummary } from "../domain/voyage-summary";
+import { formatAge, degrees, formatMiles, formatRudder, shortName } from "../domain/units";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 
 @customElement("gh-comparison")
@@ -51,12 +51,12 @@ export class Comparison extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
     if (!store.session?.compare) return nothing;
-    const both = compared(store.frames, store.compareFrames);
+    const both = compareVoyages(store.frames, store.compareFrames);
     return html`
       <h2>Two pilots, same encounter</h2>
       ${
@@ -82,14 +82,14 @@ export class Comparison extends LitElement {
   }
 }
 
-function row(told: Account, kind: string) {
+function row(told: VoyageSummary, kind: string) {
   return html`<tr class=${kind}>
     <th scope="row">${told.pilot}</th>
-    <td>${told.rudder_rad === null ? "–" : rudder(told.rudder_rad)}</td>
+    <td>${told.rudder_rad === null ? "–" : formatRudder(told.rudder_rad)}</td>
     <td>
-      ${told.nearest_m === null ? "–" : `${miles(told.nearest_m)} ${shipName(told.nearest!, 10)}`}
+      ${told.nearest_m === null ? "–" : `${formatMiles(told.nearest_m)} ${shortName(told.nearest!, 10)}`}
     </td>
-    <td>${age(told.inside_s)}</td>
+    <td>${formatAge(told.inside_s)}</td>
     <td>${Math.round(degrees(told.turned_rad))}°</td>
     <td>${told.reward === null ? "–" : told.reward.toFixed(1).replace("-", "−")}</td>
   </tr>`;

@@ -3,11 +3,11 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { store, Watch } from "../store";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 
 @customElement("gh-outside")
-export class Outside extends LitElement {
+export class EnvelopeWarning extends LitElement {
   static override styles = [
     shared,
     css`
@@ -23,7 +23,7 @@ export class Outside extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
@@ -31,7 +31,7 @@ export class Outside extends LitElement {
     if (!outside.length) return nothing;
     const more = outside.length - 1;
     const told =
-      store.settings.all.level < 3 && more
+      store.settings.values.level < 3 && more
         ? html`${outside[0]} <span title=${outside.join("\n")}>and ${more} more</span>`
         : outside.join(" · ");
     return html`<p><strong>Outside the pilot's training</strong>: ${told}</p>`;

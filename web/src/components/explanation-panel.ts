@@ -4,22 +4,28 @@ import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { dangerOf } from "../domain/ranking";
-import { againstMidships, movers, ofShips, once, priorities } from "../domain/series";
+import {
+  sweepRelativeToMidships,
+  rudderShares,
+  shipSeries,
+  cachedTable,
+  prioritySeries,
+} from "../domain/series";
 import { degrees } from "../domain/units";
-import { inks, type Inks } from "../plan/plan-colours";
-import { store, Watch } from "../store";
+import { planColours, type PlanColours } from "../plan/plan-colours";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 import type { Frame, Target } from "../protocol.gen";
-import { chip } from "./ship-badge";
+import { shipBadge } from "./ship-badge";
 import "./line-plot";
 import { seekTo } from "./transport";
-import type { Line, PlotSpec } from "./line-plot";
+import type { PlotLine, PlotSpec } from "./line-plot";
 
 const WAYPOINT = "waypoint";
 const SHIPS = "ships";
 const TOTAL = "total";
 
-interface Card {
+interface PlotCard {
   title: string;
   hint: string;
   /** The same at length, where the hint is too short to say it. */
@@ -29,7 +35,7 @@ interface Card {
 }
 
 @customElement("gh-why")
-export class Why extends LitElement {
+export class ExplanationPanel extends LitElement {
   static override styles = [
     shared,
     css`
@@ -118,16 +124,16 @@ export class Why extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
     const frame = store.frame;
-    const { level, palette } = store.settings.all;
+    const { level, palette } = store.settings.values;
     if (!frame) return nothing;
-    const look = inks(palette);
-    const ids = store.noted;
-    const cards = [this.sweep(frame, ids, look), this.movers(frame, ids, look)];
+    const look = planColours(palette);
+    const ids = store.colouredShips;
+    const cards = [this.sweep(frame, ids, look), this.rudderShares(frame, ids, look)];
     if (level > 2)
       cards.push(
         this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
@@ -151,7 +157,7 @@ export class Why extends LitElement {
     </div>`;
   }
 
-  private card(card: Card, look: Inks) {
+  private card(card: PlotCard, look: PlanColours) {
     return html`
       <article>
         <header title=${card.more ?? card.hint}>
@@ -164,7 +170,7 @@ export class Why extends LitElement {
         <gh-plot
           .spec=${card.spec}
           .inks=${look}
-          .lit=${store.lit}
+          .lit=${store.highlighted}
           .name=${`${card.title}: ${card.more ?? card.hint}`}
           @point=${(e: CustomEvent<string | null>) => store.hover(isShip(e.detail) ? e.detail : null)}
           @pick=${card.overTime ? this.seek : nothing}
@@ -173,18 +179,18 @@ export class Why extends LitElement {
     `;
   }
 
-  private legend(line: Line) {
+  private legend(line: PlotLine) {
     if (!isShip(line.id))
       return html`<li>
         <i class=${line.dash ? "dashed" : ""} style="color: ${line.colour}"></i>${line.label}
       </li>`;
     return html`<li
-      class=${line.id === store.lit ? "lit" : ""}
+      class=${line.id === store.highlighted ? "lit" : ""}
       title=${line.label}
       @mouseenter=${() => store.hover(line.id)}
       @mouseleave=${() => store.hover(null)}
     >
-      ${chip(line.id)}
+      ${shipBadge(line.id)}
     </li>`;
   }
 
@@ -193,48 +199,48 @@ export class Why extends LitElement {
   };
 
   /** Lines of the noted ships that have a value, in their colours. */
-  private lines(ids: readonly string[], look: Inks): Line[] {
+  private lines(ids: readonly string[], look: PlanColours): PlotLine[] {
     return ids.map((id) => ({
       id,
       label: store.target(id)?.name ?? id,
-      colour: look.ships[store.book.place(id)!] ?? look.other,
+      colour: look.ships[store.colours.indexOf(id)!] ?? look.other,
     }));
   }
 
-  private sweep(frame: Frame, ids: readonly string[], look: Inks): Card | null {
-    const table = againstMidships(frame, ids);
+  private sweep(frame: Frame, ids: readonly string[], look: PlanColours): PlotCard | null {
+    const table = sweepRelativeToMidships(frame, ids);
     if (!table) return null;
     const limit = degrees(frame.ship.rudder_limit_rad);
     const decided = frame.decision?.rudder_rad;
     const shown = new Set(table.ships.map((ship) => ship.id));
     return {
-      title: question(decided),
+      title: sweepTitle(decided),
       hint: "0 = midships",
       more: "worth of each rudder, midships = 0",
       overTime: false,
       spec: {
         lines: [
-          { id: TOTAL, label: "all", colour: look.ink, width: 2.4 },
-          { id: WAYPOINT, label: "course", colour: look.soft, dash: [5, 3] },
+          { id: TOTAL, label: "all", colour: look.text, width: 2.4 },
+          { id: WAYPOINT, label: "course", colour: look.muted, dash: [5, 3] },
           ...this.lines(
             ids.filter((id) => shown.has(id)),
             look,
           ),
         ],
         data: [table.rudder_deg, table.total, table.waypoint, ...table.ships.map((s) => s.values)],
-        x: (deg) => (Math.abs(deg) < 0.05 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`),
+        formatX: (deg) => (Math.abs(deg) < 0.05 ? "0" : `${deg < 0 ? "P" : "S"} ${Math.abs(deg)}°`),
         xRange: [-limit, limit],
-        xEvery: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
-        leastY: 0.2,
+        xTicks: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
+        minY: 0.2,
         marks: decided === undefined ? [] : [{ at: degrees(decided), colour: look.path }],
       },
     };
   }
 
   /** Who moves the rudder: the shares that add up to it. */
-  private movers(frame: Frame, ids: readonly string[], look: Inks): Card | null {
-    if (!ever((f) => f.decision?.alone_rad)) return null;
-    const told = ids.filter((id) => everOf(id, (t) => t.shapley_rad));
+  private rudderShares(frame: Frame, ids: readonly string[], look: PlanColours): PlotCard | null {
+    if (!hasValue((f) => f.decision?.alone_rad)) return null;
+    const told = ids.filter((id) => shipHasValue(id, (t) => t.shapley_rad));
     return {
       title: "Shares of rudder",
       hint: "° to starboard",
@@ -242,17 +248,19 @@ export class Why extends LitElement {
       overTime: true,
       spec: {
         lines: [
-          { id: WAYPOINT, label: "nobody there", colour: look.soft, width: 2, dash: [5, 3] },
+          { id: WAYPOINT, label: "nobody there", colour: look.muted, width: 2, dash: [5, 3] },
           ...this.lines(told, look),
         ],
-        data: once(store.frames, `movers ${told.join(" ")}`, () => movers(store.frames, told)),
+        data: cachedTable(store.frames, `movers ${told.join(" ")}`, () =>
+          rudderShares(store.frames, told),
+        ),
         ...this.time(frame, look),
-        leastY: 1,
+        minY: 1,
       },
     };
   }
 
-  private priorities(frame: Frame, look: Inks): Card | null {
+  private priorities(frame: Frame, look: PlanColours): PlotCard | null {
     if (!frame.priority) return null;
     return {
       title: "Priorities",
@@ -261,12 +269,12 @@ export class Why extends LitElement {
       overTime: true,
       spec: {
         lines: [
-          { id: WAYPOINT, label: "course", colour: look.soft, width: 2, dash: [5, 3] },
-          { id: SHIPS, label: "ships", colour: look.ink, width: 2.2 },
+          { id: WAYPOINT, label: "course", colour: look.muted, width: 2, dash: [5, 3] },
+          { id: SHIPS, label: "ships", colour: look.text, width: 2.2 },
         ],
-        data: once(store.frames, "priorities", () => priorities(store.frames)),
+        data: cachedTable(store.frames, "priorities", () => prioritySeries(store.frames)),
         ...this.time(frame, look),
-        leastY: 0.05,
+        minY: 0.05,
       },
     };
   }
@@ -275,12 +283,12 @@ export class Why extends LitElement {
     title: string,
     hint: string,
     ids: readonly string[],
-    look: Inks,
+    look: PlanColours,
     value: (target: Target) => number | null | undefined,
-    leastY: number,
+    minY: number,
     fromZero = false,
-  ): Card | null {
-    const told = ids.filter((id) => store.target(id) && everOf(id, value));
+  ): PlotCard | null {
+    const told = ids.filter((id) => store.target(id) && shipHasValue(id, value));
     if (!told.length) return null;
     return {
       title,
@@ -288,22 +296,22 @@ export class Why extends LitElement {
       overTime: true,
       spec: {
         lines: this.lines(told, look),
-        data: once(store.frames, `${title} ${told.join(" ")}`, () =>
-          ofShips(store.frames, told, value),
+        data: cachedTable(store.frames, `${title} ${told.join(" ")}`, () =>
+          shipSeries(store.frames, told, value),
         ),
         ...this.time(store.frame!, look),
-        leastY,
+        minY,
         fromZero,
       },
     };
   }
 
   /** The time axis: as far as the voyage goes while that is short, with a line at now. */
-  private time(frame: Frame, look: Inks): Pick<PlotSpec, "x" | "marks" | "xRange"> {
+  private time(frame: Frame, look: PlanColours): Pick<PlotSpec, "formatX" | "marks" | "xRange"> {
     const first = (store.frames[0]?.time_s ?? 0) / 60;
     const now = frame.time_s / 60;
     return {
-      x: (minute) => `${Number(minute.toFixed(1))} min`,
+      formatX: (minute) => `${Number(minute.toFixed(1))} min`,
       xRange: [first, Math.max(now * 1.02, first + 2)],
       marks: [{ at: now, colour: look.path }],
     };
@@ -311,21 +319,21 @@ export class Why extends LitElement {
 }
 
 /** Whether any frame of the pilot who decides now has this: its line is then drawn, with gaps. */
-function ever(value: (frame: Frame) => number | null | undefined): boolean {
+function hasValue(value: (frame: Frame) => number | null | undefined): boolean {
   const pilot = store.frame?.pilot;
   return store.frames.some((f) => f.pilot === pilot && value(f) != null);
 }
 
 /** The same of a ship. */
-function everOf(id: string, value: (target: Target) => number | null | undefined): boolean {
-  return ever((f) => {
+function shipHasValue(id: string, value: (target: Target) => number | null | undefined): boolean {
+  return hasValue((f) => {
     const target = f.targets.find((t) => t.id === id);
     return target && value(target);
   });
 }
 
 /** The question that the curve answers: why not the other side? */
-function question(decided: number | undefined): string {
+function sweepTitle(decided: number | undefined): string {
   if (decided === undefined || Math.abs(degrees(decided)) < 0.1) return "Why not turn?";
   return decided > 0 ? "Why not port?" : "Why not starboard?";
 }

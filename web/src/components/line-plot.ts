@@ -5,9 +5,9 @@ import { customElement, property } from "lit/decorators.js";
 import uPlot from "uplot";
 import uPlotCss from "uplot/dist/uPlot.min.css?inline";
 
-import type { Inks } from "../plan/plan-colours";
+import type { PlanColours } from "../plan/plan-colours";
 
-export interface Line {
+export interface PlotLine {
   /** The ship's id, or the name of a sub-task. */
   id: string;
   label: string;
@@ -17,23 +17,23 @@ export interface Line {
 }
 
 export interface PlotSpec {
-  lines: readonly Line[];
+  lines: readonly PlotLine[];
   data: readonly (readonly (number | null)[])[];
   /** How a value of x is written on the axis. */
-  x: (value: number) => string;
+  formatX: (value: number) => string;
   /** Least half height or top of the y axis, so that noise does not fill the picture. */
-  leastY: number;
+  minY: number;
   /** The y axis begins at zero and does not go below. */
   fromZero?: boolean;
   /** The x axis, if it does not follow the data. */
   xRange?: [number, number];
-  xEvery?: number[];
+  xTicks?: number[];
   /** Vertical lines. */
   marks: readonly { at: number; colour: string }[];
 }
 
 @customElement("gh-plot")
-export class Plot extends LitElement {
+export class LinePlot extends LitElement {
   static override styles = [
     css`
       ${unsafeCSS(uPlotCss)}
@@ -51,8 +51,8 @@ export class Plot extends LitElement {
   ];
 
   @property({ attribute: false }) spec!: PlotSpec;
-  @property({ attribute: false }) inks!: Inks;
-  @property() lit: string | null = null;
+  @property({ attribute: false }) colours!: PlanColours;
+  @property() highlighted: string | null = null;
   @property() name = "";
 
   private plot: uPlot | null = null;
@@ -78,7 +78,12 @@ export class Plot extends LitElement {
   }
 
   override updated(): void {
-    const key = JSON.stringify([this.spec.lines, this.spec.xRange, this.inks.ink, this.inks.sea]);
+    const key = JSON.stringify([
+      this.spec.lines,
+      this.spec.xRange,
+      this.colours.text,
+      this.colours.sea,
+    ]);
     if (key !== this.built) {
       this.plot?.destroy();
       this.plot = this.build();
@@ -91,7 +96,7 @@ export class Plot extends LitElement {
     plot.redraw(false, true);
   }
 
-  private get room(): HTMLElement {
+  private get container(): HTMLElement {
     return this.renderRoot.querySelector<HTMLElement>(".room")!;
   }
 
@@ -107,9 +112,9 @@ export class Plot extends LitElement {
       return null;
     }
     const axis: uPlot.Axis = {
-      stroke: this.inks.soft,
+      stroke: this.colours.muted,
       font: "11px 'Noto Sans', sans-serif",
-      grid: { stroke: this.inks.line, width: 1 },
+      grid: { stroke: this.colours.line, width: 1 },
       ticks: { show: false },
     };
     const options: uPlot.Options = {
@@ -139,10 +144,10 @@ export class Plot extends LitElement {
           size: 22,
           gap: 3,
           space: 46,
-          values: (_, ticks) => ticks.map((v) => this.spec.x(v)),
-          ...(this.spec.xEvery ? { splits: () => this.spec.xEvery! } : {}),
+          values: (_, ticks) => ticks.map((v) => this.spec.formatX(v)),
+          ...(this.spec.xTicks ? { splits: () => this.spec.xTicks! } : {}),
         },
-        { ...axis, size: 42, gap: 3, space: 28, values: (_, ticks) => ticks.map(plain) },
+        { ...axis, size: 42, gap: 3, space: 28, values: (_, ticks) => ticks.map(formatTick) },
       ],
       series: [
         {},
@@ -157,19 +162,19 @@ export class Plot extends LitElement {
       ],
       hooks: {
         draw: [(u) => this.marks(u)],
-        setSeries: [(_, index) => this.point(index)],
+        setSeries: [(_, index) => this.hoverLine(index)],
         drawClear: [(u) => this.emphasise(u)],
       },
     };
-    this.room.replaceChildren();
-    const plot = new uPlot(options, this.spec.data as uPlot.AlignedData, this.room);
+    this.container.replaceChildren();
+    const plot = new uPlot(options, this.spec.data as uPlot.AlignedData, this.container);
     plot.over.addEventListener("click", () => this.clicked(plot));
-    plot.over.addEventListener("mouseleave", () => this.point(null));
+    plot.over.addEventListener("mouseleave", () => this.hoverLine(null));
     return plot;
   }
 
   private yRange(low: number | null, high: number | null): uPlot.Range.MinMax {
-    const least = this.spec.leastY;
+    const least = this.spec.minY;
     if (this.spec.fromZero) return [0, Math.max(least, (high ?? 0) * 1.08)];
     const [a, b] = [Math.min(low ?? 0, 0), Math.max(high ?? 0, 0)];
     if (b - a < least) return [a - least / 2, b + least / 2];
@@ -181,7 +186,7 @@ export class Plot extends LitElement {
   private emphasise(u: uPlot): void {
     this.spec.lines.forEach((line, k) => {
       const series = u.series[k + 1];
-      if (series) series.width = line.id === this.lit ? 3.6 : (line.width ?? 1.6);
+      if (series) series.width = line.id === this.highlighted ? 3.6 : (line.width ?? 1.6);
     });
   }
 
@@ -191,7 +196,7 @@ export class Plot extends LitElement {
     const zero = u.valToPos(0, "y", true);
     c.save();
     c.lineWidth = devicePixelRatio;
-    c.strokeStyle = this.inks.soft;
+    c.strokeStyle = this.colours.muted;
     if (zero >= top && zero <= top + height) {
       c.beginPath();
       c.moveTo(left, zero);
@@ -211,7 +216,7 @@ export class Plot extends LitElement {
     c.restore();
   }
 
-  private point(index: number | null): void {
+  private hoverLine(index: number | null): void {
     const id = index ? (this.spec.lines[index - 1]?.id ?? null) : null;
     this.dispatchEvent(new CustomEvent<string | null>("point", { detail: id }));
   }
@@ -224,6 +229,6 @@ export class Plot extends LitElement {
 }
 
 /** A tick in as few characters as tell it, with a true minus. */
-function plain(value: number): string {
+function formatTick(value: number): string {
   return String(Number(value.toPrecision(3))).replace("-", "−");
 }

@@ -3,9 +3,9 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 
-import { KEYS } from "../shortcuts";
-import { metres, nm } from "../domain/units";
-import { store, Watch } from "../store";
+import { SHORTCUTS } from "../shortcuts";
+import { milesToMetres, metresToMiles } from "../domain/units";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 import type { Source } from "../protocol.gen";
 import { VIEW_ONLY } from "./top-bar";
@@ -108,7 +108,7 @@ export class Menu extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   open(): void {
@@ -179,7 +179,12 @@ export class Menu extends LitElement {
               ${this.pilots(this.pilot)}
             </select>
           </label>
-          <button class="go" id="open" ?disabled=${!this.source.trim()} @click=${this.openIt}>
+          <button
+            class="go"
+            id="open"
+            ?disabled=${!this.source.trim()}
+            @click=${this.openEncounter}
+          >
             Open
           </button>
         </div>
@@ -187,7 +192,7 @@ export class Menu extends LitElement {
     `;
   }
 
-  private readonly openIt = (): void => {
+  private readonly openEncounter = (): void => {
     const name = this.pilot || store.session?.pilot;
     const pilot = store.catalogue?.pilots.find((p) => p.name === name);
     store.send({
@@ -289,7 +294,7 @@ export class Menu extends LitElement {
               step="0.05"
               required
               ?disabled=${store.viewOnly}
-              .value=${limits ? nm(limits.dcpa_m).toFixed(2) : ""}
+              .value=${limits ? metresToMiles(limits.dcpa_m).toFixed(2) : ""}
             />
           </label>
           <label
@@ -312,7 +317,7 @@ export class Menu extends LitElement {
           <span
             ><input
               type="checkbox"
-              .checked=${store.settings.all.sound}
+              .checked=${store.settings.values.sound}
               @change=${(e: Event) => store.settings.set({ sound: (e.target as HTMLInputElement).checked })}
             />
             Sound while an alarm is not acknowledged</span
@@ -326,7 +331,7 @@ export class Menu extends LitElement {
     event.preventDefault();
     const data = new FormData(event.target as HTMLFormElement);
     store.setLimits({
-      dcpa_m: metres(Number(data.get("dcpa"))),
+      dcpa_m: milesToMetres(Number(data.get("dcpa"))),
       tcpa_s: 60 * Number(data.get("tcpa")),
     });
   };
@@ -361,7 +366,7 @@ export class Menu extends LitElement {
       <section aria-label="Keys">
         <h2>Keys</h2>
         <dl>
-          ${KEYS.filter(([, , whose]) => !whose || !store.viewOnly).map(
+          ${SHORTCUTS.filter(([, , whose]) => !whose || !store.viewOnly).map(
             ([key, what]) =>
               html`<dt>${key}</dt>
                 <dd>${what}</dd>`,

@@ -3,7 +3,7 @@
 import { css, html, LitElement } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { store, Watch } from "../store";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 
 @customElement("gh-notices")
@@ -39,7 +39,7 @@ export class Notices extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {

@@ -4,14 +4,14 @@ import { css, html, LitElement } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import {
-  ringText,
-  SCALES_NM,
-  stepped,
+  formatRingInterval,
+  RANGE_SCALES_NM,
+  stepThrough,
   TRAIL_MINUTES,
   VECTOR_MINUTES,
   type Orientation,
 } from "../domain/view";
-import { store, Watch } from "../store";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 
 const ORIENTATIONS: [Orientation, string, string][] = [
@@ -74,28 +74,30 @@ export class PlanBar extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
-    const { orientation, motion, vectors, range_nm, vector_min, trail_min } = store.settings.all;
+    const { orientation, motion, vectors, range_nm, vector_min, trail_min } = store.settings.values;
     const set = store.settings.set.bind(store.settings);
     return html`
       <span class="set" role="group" aria-label="Range scale">
         <button
           class="step"
           aria-label="Smaller range"
-          ?disabled=${range_nm === SCALES_NM[0]}
-          @click=${() => this.range(-1)}
+          ?disabled=${range_nm === RANGE_SCALES_NM[0]}
+          @click=${() => this.stepRange(-1)}
         >
           −
         </button>
-        <span class="range number">${range_nm} NM<small>rings ${ringText(range_nm)}</small></span>
+        <span class="range number"
+          >${range_nm} NM<small>rings ${formatRingInterval(range_nm)}</small></span
+        >
         <button
           class="step"
           aria-label="Larger range"
-          ?disabled=${range_nm === SCALES_NM.at(-1)}
-          @click=${() => this.range(1)}
+          ?disabled=${range_nm === RANGE_SCALES_NM.at(-1)}
+          @click=${() => this.stepRange(1)}
         >
           +
         </button>
@@ -173,9 +175,9 @@ export class PlanBar extends LitElement {
     `;
   }
 
-  private range(step: -1 | 1): void {
-    const { range_nm } = store.settings.all;
-    store.settings.set({ range_nm: stepped<number>(SCALES_NM, range_nm, step) });
+  private stepRange(step: -1 | 1): void {
+    const { range_nm } = store.settings.values;
+    store.settings.set({ range_nm: stepThrough<number>(RANGE_SCALES_NM, range_nm, step) });
   }
 }
 

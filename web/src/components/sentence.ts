@@ -3,11 +3,11 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { split } from "../domain/name-split";
-import { shipName } from "../domain/units";
-import { store, Watch } from "../store";
+import { splitAtNames } from "../domain/name-split";
+import { shortName } from "../domain/units";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
-import { colourOf } from "./ship-badge";
+import { badgeColour } from "./ship-badge";
 
 @customElement("gh-sentence")
 export class SentencePanel extends LitElement {
@@ -55,21 +55,21 @@ export class SentencePanel extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
-    const sentence = store.now?.sentence;
-    const { level } = store.settings.all;
+    const sentence = store.current?.sentence;
+    const { level } = store.settings.values;
     if (!store.frame) return nothing;
     return html`
       ${
         sentence
           ? html`
               <div class=${level > 1 ? "small" : ""}>
-                <p class="what">${this.told(sentence.what)}</p>
-                <p class="why">${this.told(sentence.why)}</p>
-                ${sentence.next ? html`<p class="next">${this.told(sentence.next)}</p>` : nothing}
+                <p class="what">${this.withShipNames(sentence.what)}</p>
+                <p class="why">${this.withShipNames(sentence.why)}</p>
+                ${sentence.next ? html`<p class="next">${this.withShipNames(sentence.next)}</p>` : nothing}
               </div>
             `
           : html`<p class="soft">This pilot gives no reasons.</p>`
@@ -78,18 +78,18 @@ export class SentencePanel extends LitElement {
   }
 
   /** The words, with every ship's name in her colour; pointing at it lights her up. */
-  private told(words: string) {
+  private withShipNames(words: string) {
     const names = new Map(store.frame!.targets.map((t) => [t.name, t.id]));
-    return split(words, [...names.keys()]).map((part) => {
+    return splitAtNames(words, [...names.keys()]).map((part) => {
       const id = names.get(part);
       if (id === undefined) return part;
       return html`<span
-        class="ship ${id === store.lit ? "lit" : ""}"
-        style="--ship: ${colourOf(id) ?? "var(--gh-other)"}"
+        class="ship ${id === store.highlighted ? "lit" : ""}"
+        style="--ship: ${badgeColour(id) ?? "var(--gh-other)"}"
         @mouseenter=${() => store.hover(id)}
         @mouseleave=${() => store.hover(null)}
         @click=${() => store.select(id)}
-        >${shipName(part)}</span
+        >${shortName(part)}</span
       >`;
     });
   }

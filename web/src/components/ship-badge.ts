@@ -2,19 +2,19 @@
 
 import { html, type TemplateResult } from "lit";
 
-import { numberInk, SHIP_COLOURS } from "../domain/colours";
+import { textColourOn, SHIP_COLOURS } from "../domain/colours";
 import { store } from "../store";
 
 /** Her colour, or `null` if she has none. */
-export function colourOf(id: string): string | null {
-  const place = store.book.place(id);
-  return place === null ? null : SHIP_COLOURS[store.settings.all.palette][place]!;
+export function badgeColour(id: string): string | null {
+  const place = store.colours.indexOf(id);
+  return place === null ? null : SHIP_COLOURS[store.settings.values.palette][place]!;
 }
 
-export function chip(id: string): TemplateResult {
-  const place = store.book.place(id);
-  const colour = colourOf(id);
+export function shipBadge(id: string): TemplateResult {
+  const place = store.colours.indexOf(id);
+  const colour = badgeColour(id);
   if (place === null || colour === null) return html`<span class="chip"></span>`;
-  const ink = numberInk(colour, store.settings.all.palette);
+  const ink = textColourOn(colour, store.settings.values.palette);
   return html`<span class="chip" style="--ship: ${colour}; --number: ${ink}">${place + 1}</span>`;
 }

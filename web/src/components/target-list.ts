@@ -3,27 +3,27 @@
 import { html, LitElement, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
-import { PLACES } from "../domain/colours";
-import { dangerOf, largestIntention, roundScale, type Ranked } from "../domain/ranking";
+import { N_SHIP_COLOURS } from "../domain/colours";
+import { dangerOf, largestIntention, roundScale, type RankedTarget } from "../domain/ranking";
 import {
-  age,
-  amount,
-  clock,
-  course,
-  miles,
-  relativeBearing,
-  shipName,
-  speed,
+  formatAge,
+  formatValue,
+  formatDuration,
+  formatCourse,
+  formatMiles,
+  formatRelativeBearing,
+  shortName,
+  formatKnots,
 } from "../domain/units";
-import { store, Watch } from "../store";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
-import { chip, colourOf } from "./ship-badge";
+import { shipBadge, badgeColour } from "./ship-badge";
 import { listStyle } from "./target-list.style";
 import type { Meeting } from "../protocol.gen";
 
 /** Rows of the small list (the ships that have a colour), and those in sight whatever else there is. */
-const FEW = PLACES;
-const SEEN = 4;
+const FEW = N_SHIP_COLOURS;
+const MIN_VISIBLE_ROWS = 4;
 /** An AIS report older than this is worth a mark [s]. */
 const OLD_S = 60;
 
@@ -39,21 +39,21 @@ const ENCOUNTERS: Record<Meeting["type"], string> = {
 export class TargetList extends LitElement {
   static override styles = [shared, listStyle];
 
-  @state() private everyone = false;
+  @state() private showAll = false;
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
     const frame = store.frame;
-    const { level } = store.settings.all;
+    const { level } = store.settings.values;
     const rows = store.rows;
-    const shown = this.everyone
+    const shown = this.showAll
       ? rows
-      : rows.filter((row) => store.book.place(row.target.id) !== null);
-    this.style.setProperty("--rows", String(Math.min(shown.length, SEEN)));
+      : rows.filter((row) => store.colours.indexOf(row.target.id) !== null);
+    this.style.setProperty("--rows", String(Math.min(shown.length, MIN_VISIBLE_ROWS)));
     const scale = {
       danger: store.dangerScale,
       intention: frame ? roundScale(largestIntention(frame), 0.05) : 1,
@@ -65,8 +65,8 @@ export class TargetList extends LitElement {
         <h2>Ships <span class="count">${rows.length}</span></h2>
         ${
           rows.length > FEW
-            ? html`<button class="few" aria-expanded=${this.everyone} @click=${this.toggle}>
-                ${this.everyone ? "Fewer" : `All ${rows.length}`}
+            ? html`<button class="few" aria-expanded=${this.showAll} @click=${this.toggle}>
+                ${this.showAll ? "Fewer" : `All ${rows.length}`}
               </button>`
             : nothing
         }
@@ -107,18 +107,18 @@ export class TargetList extends LitElement {
   }
 
   private readonly toggle = (): void => {
-    this.everyone = !this.everyone;
+    this.showAll = !this.showAll;
   };
 
   private row(
-    row: Ranked,
+    row: RankedTarget,
     scale: { danger: number; intention: number },
     critic: boolean,
     attentive: boolean,
     level: number,
   ) {
     const { target, alarm } = row;
-    const colour = colourOf(target.id) ?? "var(--gh-other)";
+    const colour = badgeColour(target.id) ?? "var(--gh-other)";
     const opening = target.tcpa_s <= 0;
     const old = (target.age_s ?? 0) > OLD_S;
     return html`
@@ -146,35 +146,37 @@ export class TargetList extends LitElement {
             @focus=${() => store.hover(target.id)}
             @blur=${() => store.hover(null)}
           >
-            ${chip(target.id)}
-            <span class="name" title=${target.name}>${shipName(target.name)}</span>
+            ${shipBadge(target.id)}
+            <span class="name" title=${target.name}>${shortName(target.name)}</span>
           </button>
         </th>
         ${critic ? html`<td>${dangerBar(dangerOf(target), scale.danger)}</td>` : nothing}
         ${attentive && level > 1 ? html`<td>${shareBar(target.attention)}</td>` : nothing}
         ${attentive ? html`<td>${signedBar(target.intention, scale.intention)}</td>` : nothing}
-        <td class="right number ${alarm ? "red" : ""}">${miles(target.dcpa_m)}</td>
+        <td class="right number ${alarm ? "red" : ""}">${formatMiles(target.dcpa_m)}</td>
         <td class="right number ${alarm ? "red" : ""} ${opening ? "soft" : ""}">
-          ${opening ? "past" : clock(target.tcpa_s)}
+          ${opening ? "past" : formatDuration(target.tcpa_s)}
         </td>
-        <td class="meeting">${meeting(store.encounter(target.id), level)}</td>
-        ${level > 1 ? html`<td class="right number c-range">${miles(target.range_m)}</td>` : nothing}
+        <td class="meeting">${encounterCell(store.encounter(target.id), level)}</td>
+        ${level > 1 ? html`<td class="right number c-range">${formatMiles(target.range_m)}</td>` : nothing}
         ${
           level > 2
-            ? html` <td class="right number c-bearing">${relativeBearing(target.bearing_rad)}</td>
-                <td class="right number c-course">${course(target.course_rad)}</td>
-                <td class="right number c-course">${speed(target.speed_m_s)}</td>`
+            ? html` <td class="right number c-bearing">
+                  ${formatRelativeBearing(target.bearing_rad)}
+                </td>
+                <td class="right number c-course">${formatCourse(target.course_rad)}</td>
+                <td class="right number c-course">${formatKnots(target.speed_m_s)}</td>`
             : nothing
         }
         <td class="right number age ${old ? "old" : ""}">
-          ${target.lost ? html`<strong>lost</strong> ` : nothing}${target.age_s == null ? "–" : age(target.age_s)}
+          ${target.lost ? html`<strong>lost</strong> ` : nothing}${target.age_s == null ? "–" : formatAge(target.age_s)}
         </td>
       </tr>
     `;
   }
 }
 
-function meeting(encounter: Meeting | null, level: number) {
+function encounterCell(encounter: Meeting | null, level: number) {
   if (!encounter || encounter.type === "none") return html`<span class="soft">–</span>`;
   const role = { "give-way": "give way", "stand-on": "stand on", none: "" }[encounter.role];
   const rule = encounter.rule ? `R${encounter.rule}` : "";
@@ -206,5 +208,5 @@ function signedBar(value: number | null | undefined, scale: number) {
   const left = value < 0 ? 0.5 - share : 0.5;
   return html`<span class="meter signed ${value < 0 ? "minus" : ""}"
       ><i style="left: ${left * 100}%; width: ${share * 100}%"></i></span
-    ><span class="value number">${amount(value)}</span>`;
+    ><span class="value number">${formatValue(value)}</span>`;
 }

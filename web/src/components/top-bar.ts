@@ -8,12 +8,12 @@ import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { PALETTES, type Palette } from "../domain/colours";
-import { instant } from "../domain/units";
-import type { Level } from "../settings";
-import { store, Watch } from "../store";
+import { formatTime } from "../domain/units";
+import type { DetailLevel } from "../settings";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 
-const LEVELS: [Level, string, string][] = [
+const LEVELS: [DetailLevel, string, string][] = [
   [1, "Look", "What the pilot does and which ships matter"],
   [2, "Why", "and what each rudder would be worth"],
   [3, "All", "and every value over time"],
@@ -130,12 +130,12 @@ export class TopBar extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
     const { session, frame, liveness } = store;
-    const { palette, level } = store.settings.all;
+    const { palette, level } = store.settings.values;
     return html`
       <button class="menu" aria-haspopup="dialog" @click=${this.menu}>
         <obi-menu-iec></obi-menu-iec> Menu
@@ -154,7 +154,7 @@ export class TopBar extends LitElement {
       <span class="state" data-state=${liveness.state} role="status">${liveness.text}</span>
       ${store.viewOnly ? html`<span class="view-only" title=${VIEW_ONLY}>View only</span>` : nothing}
       <span class="number time" aria-label="Time">
-        ${frame ? instant(frame.time_s, frame.time_utc) : "–"}
+        ${frame ? formatTime(frame.time_s, frame.time_utc) : "–"}
       </span>
       <span class="group" role="group" aria-label="Detail">
         ${LEVELS.map(

@@ -5,8 +5,8 @@ import "@oicl/openbridge-webcomponents/dist/icons/icon-media-play.js";
 import { css, html, LitElement, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
-import { clock } from "../domain/units";
-import { store, Watch } from "../store";
+import { formatDuration } from "../domain/units";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 
 const RATES = [1, 2, 5, 10, 20, 60] as const;
@@ -84,11 +84,11 @@ export class Transport extends LitElement {
   ];
 
   /** Where the hand holds the slider, until it lets go. */
-  @state() private held: number | null = null;
+  @state() private dragged_s: number | null = null;
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
@@ -98,7 +98,7 @@ export class Transport extends LitElement {
       return html`<span class="live soft"
         >${["Live: the pilot advises on what is heard", ...session.notes].join(" · ")}</span
       >`;
-    const now = this.held ?? store.frame?.time_s ?? session.time_s;
+    const now = this.dragged_s ?? store.frame?.time_s ?? session.time_s;
     const end = session.end_s;
     const [from, to] = [session.seekable_from_s, Math.max(end ?? session.seekable_to_s, now)];
     return html`
@@ -107,11 +107,11 @@ export class Transport extends LitElement {
         ?disabled=${store.viewOnly}
         aria-label=${session.playing ? "Pause" : "Play"}
         title="Space"
-        @click=${toggle}
+        @click=${togglePlay}
       >
         ${session.playing ? html`<obi-media-pause></obi-media-pause>` : html`<obi-media-play></obi-media-play>`}
       </button>
-      <span class="number">${clock(now)}</span>
+      <span class="number">${formatDuration(now)}</span>
       <input
         type="range"
         aria-label="Time"
@@ -120,12 +120,12 @@ export class Transport extends LitElement {
         step="5"
         .value=${String(now)}
         style="--share: ${to > from ? (100 * (now - from)) / (to - from) : 0}%"
-        aria-valuetext=${clock(now)}
+        aria-valuetext=${formatDuration(now)}
         ?disabled=${store.viewOnly || to <= from}
-        @input=${(e: Event) => (this.held = Number((e.target as HTMLInputElement).value))}
+        @input=${(e: Event) => (this.dragged_s = Number((e.target as HTMLInputElement).value))}
         @change=${this.seek}
       />
-      <span class="number soft">${end === null ? nothing : clock(end)}</span>
+      <span class="number soft">${end === null ? nothing : formatDuration(end)}</span>
       <label>
         <span class="hidden">Speed</span>
         <select
@@ -134,7 +134,7 @@ export class Transport extends LitElement {
           @change=${(e: Event) =>
             store.send({ type: "rate", rate: Number((e.target as HTMLSelectElement).value) })}
         >
-          ${rates(session.rate).map((r) => html`<option value=${r} ?selected=${r === session.rate}>×${r}</option>`)}
+          ${rateOptions(session.rate).map((r) => html`<option value=${r} ?selected=${r === session.rate}>×${r}</option>`)}
         </select>
       </label>
     `;
@@ -142,11 +142,11 @@ export class Transport extends LitElement {
 
   private readonly seek = (event: Event): void => {
     seekTo(Number((event.target as HTMLInputElement).value));
-    this.held = null;
+    this.dragged_s = null;
   };
 }
 
-export function toggle(): void {
+export function togglePlay(): void {
   const session = store.session;
   if (session && session.mode !== "live" && !store.viewOnly)
     store.send({ type: session.playing ? "pause" : "play" });
@@ -162,6 +162,6 @@ export function seekTo(wanted_s: number): void {
 }
 
 /** The usual speeds, and the one in force if it is another. */
-function rates(now: number): number[] {
+function rateOptions(now: number): number[] {
   return [...new Set<number>([...RATES, now])].sort((a, b) => a - b);
 }

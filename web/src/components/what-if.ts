@@ -3,8 +3,8 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { clock, degrees, shipName } from "../domain/units";
-import { store, Watch } from "../store";
+import { formatDuration, degrees, shortName } from "../domain/units";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 import type { WhatIf } from "../protocol.gen";
 
@@ -57,7 +57,7 @@ export class WhatIfPanel extends LitElement {
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override render() {
@@ -72,7 +72,7 @@ export class WhatIfPanel extends LitElement {
           ship
             ? html`<span class="group" role="group" aria-label=${`What if ${ship.name}`}>
                 ${OF_SHIP.map(([change, words, title]) =>
-                  this.button(words, title, () => store.ask(change, { ship: ship.id })),
+                  this.button(words, title, () => store.askWhatIf(change, { ship: ship.id })),
                 )}
               </span>`
             : nothing
@@ -81,11 +81,11 @@ export class WhatIfPanel extends LitElement {
           ${[-most, most].map((deg) => {
             const words = `${deg < 0 ? "P" : "S"} ${Math.abs(Number(deg.toFixed(1)))}°`;
             const title = `What if the rudder went to ${words} now, for a minute?`;
-            return this.button(words, title, () => store.ask("rudder", { degrees: deg }));
+            return this.button(words, title, () => store.askWhatIf("rudder", { degrees: deg }));
           })}
         </span>
         <span class="soft">
-          ${store.asking ? "Sailing both futures …" : ship ? shipName(ship.name, 16) : "Select a ship to ask about her"}
+          ${store.awaitingWhatIf ? "Sailing both futures …" : ship ? shortName(ship.name, 16) : "Select a ship to ask about her"}
         </span>
       </div>
       ${this.answer()}
@@ -99,7 +99,8 @@ export class WhatIfPanel extends LitElement {
       <p>${told.sentence}</p>
       <div class="end soft">
         <span
-          >Simulated from ${clock(told.time_s)} on, half an hour; other ships do not react.</span
+          >Simulated from ${formatDuration(told.time_s)} on, half an hour; other ships do not
+          react.</span
         >
         <button @click=${() => store.dismissWhatIf()}>Dismiss</button>
       </div>
@@ -107,7 +108,12 @@ export class WhatIfPanel extends LitElement {
   }
 
   private button(words: string, title: string, ask: () => void) {
-    return html`<button title=${title} aria-label=${title} ?disabled=${store.asking} @click=${ask}>
+    return html`<button
+      title=${title}
+      aria-label=${title}
+      ?disabled=${store.awaitingWhatIf}
+      @click=${ask}
+    >
       ${words}
     </button>`;
   }

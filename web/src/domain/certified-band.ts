@@ -3,7 +3,7 @@
 import type { Banded, Frame } from "../protocol.gen";
 
 /** The band that was told last, if it is of this frame: of its time, its pilot, its rudder. */
-export function bandOf(told: Banded | null, frame: Frame | null): Banded | null {
+export function bandForFrame(told: Banded | null, frame: Frame | null): Banded | null {
   if (!told || !frame) return null;
   const same =
     told.time_s === frame.time_s &&
@@ -13,7 +13,7 @@ export function bandOf(told: Banded | null, frame: Frame | null): Banded | null 
 }
 
 /** Its ends on a scale, never nearer to each other than `least`, so that they can be told apart. */
-export function ends(
+export function bracketEnds(
   band: { low_rad: number; high_rad: number },
   x: (rad: number) => number,
   least: number,

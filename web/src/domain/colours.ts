@@ -16,7 +16,7 @@ export const SHIP_COLOURS: Record<Palette, readonly string[]> = {
 };
 
 /** The ink of a number on a ship's colour: the better readable of a dark and a light one. */
-export function numberInk(colour: string, palette: Palette): string {
+export function textColourOn(colour: string, palette: Palette): string {
   const light = palette === "night" ? "#f6ecd6" : "#ffffff";
   return contrast(colour, "#000000") >= contrast(colour, light) ? "#000000" : light;
 }
@@ -29,56 +29,56 @@ export function contrast(a: string, b: string): number {
 
 /** Relative luminance of `#rrggbb`. */
 export function luminance(hex: string): number {
-  const [r, g, b] = linear(hex);
+  const [r, g, b] = linearRgb(hex);
   return 0.2126 * r + 0.7152 * g + 0.0722 * b;
 }
 
-export function linear(hex: string): [number, number, number] {
+export function linearRgb(hex: string): [number, number, number] {
   return [1, 3, 5].map((k) => {
     const c = parseInt(hex.slice(k, k + 2), 16) / 255;
     return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
   }) as [number, number, number];
 }
 
-export const PLACES = SHIP_COLOURS.day.length;
+export const N_SHIP_COLOURS = SHIP_COLOURS.day.length;
 
 /** Hands out the places 0-5 and takes them back, so that a ship keeps hers. */
-export class Book {
-  private readonly held = new Map<string, number>();
+export class ColourRegistry {
+  private readonly indices = new Map<string, number>();
 
   /** The ships of note now, the most notable first; others keep their place while one is free. */
   update(noted: readonly string[], present: ReadonlySet<string>): void {
-    for (const id of this.held.keys()) if (!present.has(id)) this.held.delete(id);
-    const wanted = noted.slice(0, PLACES);
+    for (const id of this.indices.keys()) if (!present.has(id)) this.indices.delete(id);
+    const wanted = noted.slice(0, N_SHIP_COLOURS);
     for (const id of wanted) {
-      if (this.held.has(id)) continue;
-      const place = this.free(id) ?? this.taken(new Set(wanted));
-      if (place !== null) this.held.set(id, place);
+      if (this.indices.has(id)) continue;
+      const place = this.freeIndex(id) ?? this.takeFromOthers(new Set(wanted));
+      if (place !== null) this.indices.set(id, place);
     }
   }
 
-  place(id: string): number | null {
-    return this.held.get(id) ?? null;
+  indexOf(id: string): number | null {
+    return this.indices.get(id) ?? null;
   }
 
   clear(): void {
-    this.held.clear();
+    this.indices.clear();
   }
 
   /** A free place, for ship 3 the third if it is free. */
-  private free(id: string): number | null {
-    const used = new Set(this.held.values());
+  private freeIndex(id: string): number | null {
+    const used = new Set(this.indices.values());
     const own = Number(id) - 1;
-    if (Number.isInteger(own) && own >= 0 && own < PLACES && !used.has(own)) return own;
-    for (let k = 0; k < PLACES; k++) if (!used.has(k)) return k;
+    if (Number.isInteger(own) && own >= 0 && own < N_SHIP_COLOURS && !used.has(own)) return own;
+    for (let k = 0; k < N_SHIP_COLOURS; k++) if (!used.has(k)) return k;
     return null;
   }
 
   /** The place of a ship that is no longer among the wanted, taken from her. */
-  private taken(wanted: ReadonlySet<string>): number | null {
-    for (const [id, place] of this.held)
+  private takeFromOthers(wanted: ReadonlySet<string>): number | null {
+    for (const [id, place] of this.indices)
       if (!wanted.has(id)) {
-        this.held.delete(id);
+        this.indices.delete(id);
         return place;
       }
     return null;

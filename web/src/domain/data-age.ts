@@ -7,7 +7,7 @@ import type { Session } from "../protocol.gen";
  * when nothing is heard, so that the age of the last one (`frame_s`) says too little there: `said_s`
  * is the time since the session told the ages of its data.
  */
-export function heardAge(
+export function dataAge(
   session: Session | null,
   frame_s: number | null,
   said_s: number,

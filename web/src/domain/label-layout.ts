@@ -7,7 +7,7 @@ export interface Box {
   h: number;
 }
 
-export const overlap = (a: Box, b: Box): boolean =>
+export const overlaps = (a: Box, b: Box): boolean =>
   a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
 
 /**
@@ -15,12 +15,12 @@ export const overlap = (a: Box, b: Box): boolean =>
  * picture and off everything in `taken`; `null` if there is none. The place found is added
  * to `taken`.
  */
-export function placed(
+export function placeLabel(
   at: { x: number; y: number },
   size: { w: number; h: number },
   gap: number,
   frame: Box,
-  taken: Box[],
+  occupied: Box[],
 ): Box | null {
   const { w, h } = size;
   const candidates: Box[] = [
@@ -39,8 +39,8 @@ export function placed(
       box.y >= frame.y &&
       box.x + w <= frame.x + frame.w &&
       box.y + h <= frame.y + frame.h;
-    if (inside && !taken.some((other) => overlap(box, other))) {
-      taken.push(box);
+    if (inside && !occupied.some((other) => overlaps(box, other))) {
+      occupied.push(box);
       return box;
     }
   }

@@ -2,7 +2,7 @@
 
 import type { Session } from "../protocol.gen";
 
-export interface LinkView {
+export interface ConnectionStatus {
   open: boolean;
   since_s: number;
 }
@@ -17,14 +17,14 @@ const STEP_S = 5;
 /** Seconds of grace before a missing frame is called missing. */
 const GRACE_S = 10;
 /** A live source that was not heard for so long is silent, own ship's position so old is not now. */
-export const SILENT_S = 30;
+export const MAX_DATA_AGE_S = 30;
 
 /**
  * What to say of the picture. `frame_s` is the time since the last frame came in (`null`:
  * none yet), `said_s` since the session's ages were said, by this computer's own clock.
  */
 export function liveness(
-  link: LinkView,
+  link: ConnectionStatus,
   session: Session | null,
   frame_s: number | null,
   said_s: number,
@@ -39,9 +39,9 @@ export function liveness(
     if (session.connected === false) return stale("The source is not connected");
     const silent = age(session.heard_s, said_s, frame_s);
     const own = age(session.own_s, said_s, frame_s);
-    if (silent > SILENT_S) return stale(`Nothing heard for ${Math.round(silent)} s`);
-    if (own > SILENT_S) return stale(`Own position ${Math.round(own)} s old`);
-    if (frame_s > SILENT_S) return stale(`No new frame for ${Math.round(frame_s)} s`);
+    if (silent > MAX_DATA_AGE_S) return stale(`Nothing heard for ${Math.round(silent)} s`);
+    if (own > MAX_DATA_AGE_S) return stale(`Own position ${Math.round(own)} s old`);
+    if (frame_s > MAX_DATA_AGE_S) return stale(`No new frame for ${Math.round(frame_s)} s`);
     return { state: "live", text: "Live" };
   }
   if (session.end_s !== null && session.time_s >= session.end_s && !session.playing)

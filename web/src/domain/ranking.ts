@@ -39,40 +39,44 @@ export function closeness(target: Target): number {
  * The largest intention first (Eq. 24), whichever its sign: the ship that the rudder serves or
  * costs most. Where there is none, attention, then danger, then closeness.
  */
-export function byIntention(a: Target, b: Target): number {
+export function compareByIntention(a: Target, b: Target): number {
   return (
-    order(size(a.intention), size(b.intention), 1e-4) ||
-    order(a.attention, b.attention, 0.01) ||
-    order(dangerOf(a), dangerOf(b), 1e-3) ||
-    order(closeness(a), closeness(b), 1e-6) ||
+    compareDescending(magnitude(a.intention), magnitude(b.intention), 1e-4) ||
+    compareDescending(a.attention, b.attention, 0.01) ||
+    compareDescending(dangerOf(a), dangerOf(b), 1e-3) ||
+    compareDescending(closeness(a), closeness(b), 1e-6) ||
     a.id.localeCompare(b.id, "en", { numeric: true })
   );
 }
 
-const size = (value: number | null | undefined): number | null =>
+const magnitude = (value: number | null | undefined): number | null =>
   value == null ? null : Math.abs(value);
 
 /** The larger first; absent last; what differs by less than `grain` counts as equal. */
-function order(a: number | null | undefined, b: number | null | undefined, grain: number): number {
+function compareDescending(
+  a: number | null | undefined,
+  b: number | null | undefined,
+  grain: number,
+): number {
   if (a == null || b == null) return Number(a == null) - Number(b == null);
   return Math.round(b / grain) - Math.round(a / grain) || 0;
 }
 
 /** Alarms in the order in which they are told: those not acknowledged first, then the soonest. */
-export const byUrgency = (a: Alarm, b: Alarm): number =>
+export const compareAlarms = (a: Alarm, b: Alarm): number =>
   Number(a.state === "acknowledged") - Number(b.state === "acknowledged") ||
   a.tcpa_s - b.tcpa_s ||
   a.dcpa_m - b.dcpa_m;
 
 /** A target beside what is said of her on the page. */
-export interface Ranked {
+export interface RankedTarget {
   target: Target;
   alarm: Alarm | null;
-  note: number;
+  prominence: number;
 }
 
 /** How much a ship deserves to be looked at; alarms outweigh everything, in the order of `byUrgency`. */
-export function noteOf(target: Target, alarm: Alarm | null, dangerScale: number): number {
+export function prominenceOf(target: Target, alarm: Alarm | null, dangerScale: number): number {
   if (alarm)
     return (
       (alarm.state === "acknowledged" ? 10 : 20) + Math.exp(-Math.max(alarm.tcpa_s, -60) / 900)
@@ -82,28 +86,37 @@ export function noteOf(target: Target, alarm: Alarm | null, dangerScale: number)
 }
 
 /** The order of the list: ships under alarm first, by `byUrgency`; the others by intention. */
-export function ranked(frame: Frame, alarms: readonly Alarm[], dangerScale: number): Ranked[] {
+export function rankTargets(
+  frame: Frame,
+  alarms: readonly Alarm[],
+  dangerScale: number,
+): RankedTarget[] {
   const byTarget = new Map(alarms.map((alarm) => [alarm.target, alarm]));
   return frame.targets
     .map((target) => {
       const alarm = byTarget.get(target.id) ?? null;
-      return { target, alarm, note: noteOf(target, alarm, dangerScale) };
+      return { target, alarm, prominence: prominenceOf(target, alarm, dangerScale) };
     })
     .sort((a, b) => {
-      if (a.alarm && b.alarm) return byUrgency(a.alarm, b.alarm) || byIntention(a.target, b.target);
-      return Number(!a.alarm) - Number(!b.alarm) || byIntention(a.target, b.target);
+      if (a.alarm && b.alarm)
+        return compareAlarms(a.alarm, b.alarm) || compareByIntention(a.target, b.target);
+      return Number(!a.alarm) - Number(!b.alarm) || compareByIntention(a.target, b.target);
     });
 }
 
 /** So many alarms are told one by one, and their ships always have a colour. */
-export const TOLD = 3;
+export const MAX_NAMED_ALARMS = 3;
 /** Who has a colour keeps it until another is of more note by this: no two take turns. */
-const KEEPS = 0.1;
+const COLOUR_HYSTERESIS = 0.1;
 
 /** Ids of all ships, those first that are to have a colour: whom the alarms name, then by note. */
-export function byNote(rows: readonly Ranked[], holds: (id: string) => boolean): string[] {
-  const told = rows.filter((row) => row.alarm).slice(0, TOLD);
-  const worth = (row: Ranked): number => row.note + (holds(row.target.id) ? KEEPS : 0);
-  const others = rows.filter((row) => !told.includes(row)).sort((a, b) => worth(b) - worth(a));
-  return [...told, ...others].map((row) => row.target.id);
+export function idsByProminence(
+  rows: readonly RankedTarget[],
+  hasColour: (id: string) => boolean,
+): string[] {
+  const named = rows.filter((row) => row.alarm).slice(0, MAX_NAMED_ALARMS);
+  const score = (row: RankedTarget): number =>
+    row.prominence + (hasColour(row.target.id) ? COLOUR_HYSTERESIS : 0);
+  const others = rows.filter((row) => !named.includes(row)).sort((a, b) => score(b) - score(a));
+  return [...named, ...others].map((row) => row.target.id);
 }

@@ -11,7 +11,7 @@ export function minutes(frames: readonly Frame[]): number[] {
 }
 
 /** Eq. 22: what the decided rudder gains over rudder 0 for the course and for all ships. */
-export function priorities(frames: readonly Frame[]): Table {
+export function prioritySeries(frames: readonly Frame[]): Table {
   return [
     minutes(frames),
     frames.map((f) => f.priority?.waypoint ?? null),
@@ -20,8 +20,8 @@ export function priorities(frames: readonly Frame[]): Table {
 }
 
 /** Degrees of rudder with nobody there, and each named ship's share: they add up to the rudder. */
-export function movers(frames: readonly Frame[], ids: readonly string[]): Table {
-  const [time, ...ships] = ofShips(frames, ids, (t) =>
+export function rudderShares(frames: readonly Frame[], ids: readonly string[]): Table {
+  const [time, ...ships] = shipSeries(frames, ids, (t) =>
     t.shapley_rad == null ? null : degrees(t.shapley_rad),
   );
   const alone = frames.map((f) =>
@@ -31,7 +31,7 @@ export function movers(frames: readonly Frame[], ids: readonly string[]): Table 
 }
 
 /** One value of each of the named ships over time. */
-export function ofShips(
+export function shipSeries(
   frames: readonly Frame[],
   ids: readonly string[],
   value: (target: Target) => number | null | undefined,
@@ -47,12 +47,12 @@ export function ofShips(
   return [minutes(frames), ...columns];
 }
 
-const kept = new WeakMap<readonly Frame[], Map<string, Table>>();
+const cache = new WeakMap<readonly Frame[], Map<string, Table>>();
 
 /** A table of these very frames, made once: lists of frames are never changed, only replaced. */
-export function once(frames: readonly Frame[], name: string, make: () => Table): Table {
-  const tables = kept.get(frames) ?? new Map<string, Table>();
-  kept.set(frames, tables);
+export function cachedTable(frames: readonly Frame[], name: string, make: () => Table): Table {
+  const tables = cache.get(frames) ?? new Map<string, Table>();
+  cache.set(frames, tables);
   const table = tables.get(name) ?? make();
   tables.set(name, table);
   return table;
@@ -67,10 +67,10 @@ export interface SweepTable {
 }
 
 /** Q of every rudder minus Q of rudder 0, split by sub-task and by the named ships. */
-export function againstMidships(frame: Frame, ids: readonly string[]): SweepTable | null {
+export function sweepRelativeToMidships(frame: Frame, ids: readonly string[]): SweepTable | null {
   const sweep = frame.sweep;
   if (!sweep) return null;
-  const zero = nearest(sweep.rudder_rad, 0);
+  const zero = nearestIndex(sweep.rudder_rad, 0);
   const less = (values: number[]): number[] => values.map((v) => v - (values[zero] ?? 0));
   const ships = ids.flatMap((id) => {
     const values = frame.targets.find((t) => t.id === id)?.q_sweep;
@@ -84,7 +84,7 @@ export function againstMidships(frame: Frame, ids: readonly string[]): SweepTabl
   };
 }
 
-export function nearest(values: readonly number[], wanted: number): number {
+export function nearestIndex(values: readonly number[], wanted: number): number {
   let best = 0;
   values.forEach((v, k) => {
     if (Math.abs(v - wanted) < Math.abs((values[best] ?? Infinity) - wanted)) best = k;

@@ -1,7 +1,7 @@
 /** From the sea to the screen: what is up, what stands still, how far one sees. */
 
-import { bearing, distance, velocity, wrapped, type Position } from "./geometry";
-import { metres, radians } from "./units";
+import { bearing, distance, velocity, wrapAngle, type Position } from "./geometry";
+import { milesToMetres, radians } from "./units";
 import type { Frame } from "../protocol.gen";
 
 export type Orientation = "head-up" | "north-up" | "course-up";
@@ -9,8 +9,8 @@ export type MotionMode = "relative" | "true";
 export type VectorMode = "true" | "relative";
 
 /** Radius of the outer ring [NM]: those that mariners know. */
-export const SCALES_NM = [0.75, 1.5, 3, 6, 12, 24] as const;
-export const RINGS = 6;
+export const RANGE_SCALES_NM = [0.75, 1.5, 3, 6, 12, 24] as const;
+export const N_RINGS = 6;
 export const VECTOR_MINUTES = [1, 3, 6, 12, 20, 30] as const;
 export const TRAIL_MINUTES = [0, 3, 6, 12, 30] as const;
 
@@ -27,7 +27,7 @@ export class View {
   constructor(
     readonly centre: Position,
     readonly up_rad: number,
-    readonly middle: Point,
+    readonly screenCentre: Point,
     readonly px_m: number,
   ) {
     this.sin = Math.sin(up_rad);
@@ -38,19 +38,19 @@ export class View {
     const e = p.east_m - this.centre.east_m;
     const n = p.north_m - this.centre.north_m;
     return {
-      x: this.middle.x + (e * this.cos - n * this.sin) * this.px_m,
-      y: this.middle.y - (e * this.sin + n * this.cos) * this.px_m,
+      x: this.screenCentre.x + (e * this.cos - n * this.sin) * this.px_m,
+      y: this.screenCentre.y - (e * this.sin + n * this.cos) * this.px_m,
     };
   }
 
   /** A bearing as an angle on the screen, clockwise from up. */
   angle(bearing_rad: number): number {
-    return wrapped(bearing_rad - this.up_rad);
+    return wrapAngle(bearing_rad - this.up_rad);
   }
 }
 
 /** The bearing that points up. Course-up follows the course to the waypoint in steps of 5°. */
-export function upward(orientation: Orientation, frame: Frame): number {
+export function upBearing(orientation: Orientation, frame: Frame): number {
   if (orientation === "north-up") return 0;
   if (orientation === "head-up") return frame.own.heading_rad;
   const step = radians(5);
@@ -62,14 +62,14 @@ export function upward(orientation: Orientation, frame: Frame): number {
  * it stands still until own ship is farther than 0.6 of the range away, and is then set so
  * that she has the greater part of the picture ahead.
  */
-export function middleOf(
+export function viewCentre(
   motion: MotionMode,
   frame: Frame,
   range_nm: number,
   previous: Position | null,
 ): Position {
   if (motion === "relative") return frame.own;
-  const range_m = metres(range_nm);
+  const range_m = milesToMetres(range_nm);
   if (previous && distance(previous, frame.own) <= 0.6 * range_m) return previous;
   const ahead = velocity(frame.own.heading_rad, 0.5 * range_m);
   return {
@@ -96,12 +96,12 @@ export function vectorEnd(
 }
 
 /** The distance between two rings as text: `1 NM`, `0.125 NM`. */
-export function ringText(range_nm: number): string {
-  return `${Number((range_nm / RINGS).toFixed(3))} NM`;
+export function formatRingInterval(range_nm: number): string {
+  return `${Number((range_nm / N_RINGS).toFixed(3))} NM`;
 }
 
 /** The next scale in or out; the outermost ones stay. */
-export function stepped<T>(values: readonly T[], now: T, step: -1 | 1): T {
+export function stepThrough<T>(values: readonly T[], now: T, step: -1 | 1): T {
   const k = values.indexOf(now);
   return values[Math.min(Math.max(k + step, 0), values.length - 1)] ?? now;
 }

@@ -2,7 +2,7 @@
 
 import { SHIP_COLOURS, type Palette } from "../domain/colours";
 
-export interface Inks {
+export interface PlanColours {
   sea: string;
   ring: string;
   ringText: string;
@@ -13,13 +13,13 @@ export interface Inks {
   compare: string;
   whatIf: string;
   alarm: string;
-  ink: string;
-  soft: string;
+  text: string;
+  muted: string;
   line: string;
   ships: readonly string[];
 }
 
-export function inks(palette: Palette): Inks {
+export function planColours(palette: Palette): PlanColours {
   const style = getComputedStyle(document.documentElement);
   const of = (name: string): string => style.getPropertyValue(`--gh-${name}`).trim() || "#888";
   return {
@@ -33,8 +33,8 @@ export function inks(palette: Palette): Inks {
     compare: of("compare"),
     whatIf: of("what-if"),
     alarm: of("alarm"),
-    ink: of("ink"),
-    soft: of("soft"),
+    text: of("ink"),
+    muted: of("soft"),
     line: of("line"),
     ships: SHIP_COLOURS[palette],
   };

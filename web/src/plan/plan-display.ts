@@ -4,13 +4,13 @@ import { css, html, LitElement } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
 import type { Position } from "../domain/geometry";
-import { middleOf, SCALES_NM, upward, View, stepped } from "../domain/view";
-import { store, Watch } from "../store";
+import { viewCentre, RANGE_SCALES_NM, upBearing, View, stepThrough } from "../domain/view";
+import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
-import { inks } from "./plan-colours";
-import { draw } from "./layers";
-import { described, under } from "./hit-test";
-import { asPlaces, radiusFor, scaleFor, type Scene } from "./scene";
+import { planColours } from "./plan-colours";
+import { drawPlan } from "./layers";
+import { describePlan, targetAt } from "./hit-test";
+import { toPositions, ringRadius, pixelsPerMetre, type Scene } from "./scene";
 
 const FLASH_MS = 500;
 
@@ -62,13 +62,13 @@ export class PlanDisplay extends LitElement {
 
   @query("canvas") private canvas!: HTMLCanvasElement;
   private scene: Scene | null = null;
-  private middle: Position | null = null;
+  private centre: Position | null = null;
   private readonly sizes = new ResizeObserver(() => this.requestUpdate());
   private flash = 0;
 
   constructor() {
     super();
-    new Watch(this, store);
+    new StoreController(this, store);
   }
 
   override connectedCallback(): void {
@@ -93,7 +93,7 @@ export class PlanDisplay extends LitElement {
       <canvas
         role="img"
         class=${stale ? "stale" : ""}
-        aria-label=${this.scene ? described(this.scene) : "Plan display, empty"}
+        aria-label=${this.scene ? describePlan(this.scene) : "Plan display, empty"}
         @pointermove=${this.move}
         @pointerleave=${() => store.hover(null)}
         @click=${this.choose}
@@ -116,39 +116,39 @@ export class PlanDisplay extends LitElement {
     }
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.scene = this.compose(width, height);
-    if (this.scene) draw(context, this.scene);
+    if (this.scene) drawPlan(context, this.scene);
     else context.clearRect(0, 0, width, height);
   }
 
   private compose(width: number, height: number): Scene | null {
     const frame = store.frame;
     if (!frame) return null;
-    const choices = store.settings.all;
-    const radius = radiusFor(width, height);
-    this.middle = middleOf(choices.motion, frame, choices.range_nm, this.middle);
+    const settings = store.settings.values;
+    const radius = ringRadius(width, height);
+    this.centre = viewCentre(settings.motion, frame, settings.range_nm, this.centre);
     const view = new View(
-      this.middle,
-      upward(choices.orientation, frame),
+      this.centre,
+      upBearing(settings.orientation, frame),
       { x: width / 2, y: height / 2 },
-      scaleFor(radius, choices.range_nm),
+      pixelsPerMetre(radius, settings.range_nm),
     );
     return {
       frame,
       frames: store.frames,
       compare: store.compareFrames,
-      path: asPlaces(store.path),
-      whatIf: asPlaces(store.whatIf?.other ?? []),
+      path: toPositions(store.path),
+      whatIf: toPositions(store.whatIf?.other ?? []),
       rows: store.rows,
       selected: store.selected,
       hovered: store.hovered,
-      place: (id) => store.book.place(id),
-      choices,
-      inks: inks(choices.palette),
+      colourIndex: (id) => store.colours.indexOf(id),
+      settings,
+      colours: planColours(settings.palette),
       view,
       width,
       height,
       radius,
-      bright: Math.floor(performance.now() / FLASH_MS) % 2 === 0,
+      flashOn: Math.floor(performance.now() / FLASH_MS) % 2 === 0,
     };
   }
 
@@ -159,22 +159,22 @@ export class PlanDisplay extends LitElement {
 
   private readonly move = (event: PointerEvent): void => {
     if (event.pointerType === "touch" || !this.scene) return;
-    const target = under(this.scene, this.at(event));
+    const target = targetAt(this.scene, this.at(event));
     store.hover(target?.id ?? null);
     this.canvas.style.cursor = target ? "pointer" : "default";
   };
 
   private readonly choose = (event: MouseEvent): void => {
     if (!this.scene) return;
-    const target = under(this.scene, this.at(event), 26);
+    const target = targetAt(this.scene, this.at(event), 26);
     store.select(target?.id ?? null);
   };
 
   private readonly wheel = (event: WheelEvent): void => {
     event.preventDefault();
-    const range_nm = stepped(
-      SCALES_NM,
-      store.settings.all.range_nm as never,
+    const range_nm = stepThrough(
+      RANGE_SCALES_NM,
+      store.settings.values.range_nm as never,
       event.deltaY > 0 ? 1 : -1,
     );
     store.settings.set({ range_nm });

@@ -1,20 +1,20 @@
 /** What lies under the ships: range rings with true bearings, and the way to the waypoint. */
 
 import { radians } from "../domain/units";
-import { RINGS, type Point } from "../domain/view";
+import { N_RINGS, type Point } from "../domain/view";
 import { FONT, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
 /** Range rings about own ship, and true bearings on the outermost one. */
-export function rings(c: Context, scene: Scene): void {
-  const { view, inks, radius, choices } = scene;
+export function drawRangeRings(c: Context, scene: Scene): void {
+  const { view, colours, radius, settings } = scene;
   const at = view.toScreen(scene.frame.own);
-  c.strokeStyle = inks.ring;
+  c.strokeStyle = colours.ring;
   c.lineWidth = 1;
-  for (let k = 1; k <= RINGS; k++) {
-    c.lineWidth = k === RINGS ? 1.4 : 0.8;
+  for (let k = 1; k <= N_RINGS; k++) {
+    c.lineWidth = k === N_RINGS ? 1.4 : 0.8;
     c.beginPath();
-    c.arc(at.x, at.y, (radius * k) / RINGS, 0, 2 * Math.PI);
+    c.arc(at.x, at.y, (radius * k) / N_RINGS, 0, 2 * Math.PI);
     c.stroke();
   }
   c.font = `11px ${FONT}`;
@@ -25,22 +25,22 @@ export function rings(c: Context, scene: Scene): void {
       x: at.x + r * Math.sin(angle),
       y: at.y - r * Math.cos(angle),
     });
-    symbol.line(c, edge(radius), edge(radius + long), inks.ring, 1);
+    symbol.line(c, edge(radius), edge(radius + long), colours.ring, 1);
   }
-  for (const { words, p } of bearings(scene))
-    symbol.text(c, words, p.x, p.y, inks.ringText, null, "center");
+  for (const { words, p } of bearingLabels(scene))
+    symbol.text(c, words, p.x, p.y, colours.ringText, null, "center");
   for (const k of [2, 4]) {
-    const words = `${Number(((choices.range_nm * k) / RINGS).toFixed(3))}`;
+    const words = `${Number(((settings.range_nm * k) / N_RINGS).toFixed(3))}`;
     const p = {
-      x: at.x + ((radius * k) / RINGS) * 0.7071,
-      y: at.y + ((radius * k) / RINGS) * 0.7071,
+      x: at.x + ((radius * k) / N_RINGS) * 0.7071,
+      y: at.y + ((radius * k) / N_RINGS) * 0.7071,
     };
-    symbol.text(c, words, p.x, p.y, inks.ringText, inks.sea, "center");
+    symbol.text(c, words, p.x, p.y, colours.ringText, colours.sea, "center");
   }
 }
 
 /** The true bearings written around the outermost ring, and where. */
-export function bearings({ view, frame, radius }: Scene): { words: string; p: Point }[] {
+export function bearingLabels({ view, frame, radius }: Scene): { words: string; p: Point }[] {
   const at = view.toScreen(frame.own);
   return Array.from({ length: 12 }, (_, k) => {
     const angle = view.angle(radians(30 * k));
@@ -53,8 +53,8 @@ export function bearings({ view, frame, radius }: Scene): { words: string; p: Po
 }
 
 /** The line to the waypoint, and the waypoint where it is within sight. */
-export function route(c: Context, scene: Scene): void {
-  const { view, inks, frame } = scene;
+export function drawRoute(c: Context, scene: Scene): void {
+  const { view, colours, frame } = scene;
   const [from, to] = [view.toScreen(frame.own), view.toScreen(frame.waypoint)];
   const far = Math.hypot(to.x - from.x, to.y - from.y);
   if (far < 1) return;
@@ -63,6 +63,6 @@ export function route(c: Context, scene: Scene): void {
     x: from.x + ((to.x - from.x) * most) / far,
     y: from.y + ((to.y - from.y) * most) / far,
   };
-  symbol.line(c, from, end, inks.path, 1, [2, 6]);
-  if (most === far) symbol.waypoint(c, to, inks.path);
+  symbol.line(c, from, end, colours.path, 1, [2, 6]);
+  if (most === far) symbol.waypoint(c, to, colours.path);
 }

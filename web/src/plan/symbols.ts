@@ -75,7 +75,13 @@ export function triangle(
 }
 
 /** The corners of a square: a selected target. */
-export function corners(c: Context, at: Point, half: number, ink: string, width = 2): void {
+export function selectionCorners(
+  c: Context,
+  at: Point,
+  half: number,
+  ink: string,
+  width = 2,
+): void {
   const arm = half * 0.5;
   c.strokeStyle = ink;
   c.lineWidth = width;
@@ -90,7 +96,7 @@ export function corners(c: Context, at: Point, half: number, ink: string, width 
 }
 
 /** Two bold crossing lines: a lost target. */
-export function crossed(c: Context, at: Point, half: number, ink: string): void {
+export function lostMark(c: Context, at: Point, half: number, ink: string): void {
   c.strokeStyle = ink;
   c.lineWidth = 2.6;
   c.beginPath();
