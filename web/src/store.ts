@@ -5,7 +5,7 @@ import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { bandForFrame } from "./domain/certified-band";
 import { deadReckon } from "./domain/dead-reckoning";
 import { ColourRegistry } from "./domain/colours";
-import { dataAge } from "./domain/data-age";
+import { dataAge } from "./domain/liveness";
 import { appendFrame, dropSweeps, MAX_FRAMES } from "./domain/history";
 import { liveness, type Liveness } from "./domain/liveness";
 import {

@@ -14,7 +14,7 @@ describe("that there is no CPA alarm", () => {
   });
 
   it("is not said where nobody watches", () => {
-    const text = "CPA not watched: no picture of now";
+    const text = "CPA not monitored: no current data";
     for (const state of ["stale", "waiting"] as const)
       expect(cpaWatch({ state, text: "" }, limits)).toEqual({ active: false, text });
     expect(cpaWatch({ state: "live", text: "" }, null)).toEqual({ active: false, text });

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { liveness, MAX_DATA_AGE_S } from "../src/domain/liveness";
+import { dataAge, liveness, MAX_DATA_AGE_S } from "../src/domain/liveness";
 import { session } from "./fixtures";
 
 const open = { open: true, since_s: 100 };
@@ -19,7 +19,7 @@ describe("stale data is never shown as live", () => {
     const live = session({ mode: "live", connected: true, heard_s: 2, own_s: 2 });
     expect(liveness(open, live, 1, 1).state).toBe("live");
     expect(liveness(open, live, MAX_DATA_AGE_S, MAX_DATA_AGE_S).text).toBe(
-      "Nothing heard for 32 s",
+      "No data for 32 s",
     );
     expect(liveness(open, { ...live, heard_s: MAX_DATA_AGE_S + 1 }, 0, 0).state).toBe("stale");
     expect(liveness(open, { ...live, heard_s: null, own_s: null }, 31, 1).state).toBe("stale");
@@ -52,4 +52,16 @@ it("a paused or finished voyage is called so", () => {
   expect(liveness(open, session({ playing: false }), 500, 0).state).toBe("paused");
   expect(liveness(open, session({ playing: false, time_s: 3600 }), 500, 0).state).toBe("ended");
   expect(liveness(open, session({ rate: 10 }), 1, 0).text).toBe("Playing ×10");
+});
+
+it("live advice is as old as what was heard, however new its frame", () => {
+  const live = session({ mode: "live", connected: true, heard_s: 40, own_s: null });
+  expect(dataAge(live, 1, 2)).toBe(42);
+  expect(dataAge({ ...live, own_s: 55 }, 1, 2)).toBe(57);
+  expect(dataAge({ ...live, heard_s: null }, 7, 2)).toBe(7);
+});
+
+it("any other advice is as old as its frame", () => {
+  expect(dataAge(session(), 12, 30)).toBe(12);
+  expect(dataAge(session({ mode: "live", heard_s: 40 }), null, 2)).toBeNull();
 });

@@ -4,7 +4,7 @@ import { ColourRegistry, N_SHIP_COLOURS } from "../src/domain/colours";
 import {
   compareByIntention,
   idsByProminence,
-  dangerOf,
+  criticDanger,
   rankTargets,
   roundScale,
 } from "../src/domain/ranking";
@@ -14,14 +14,14 @@ const ids = (rows: { target: { id: string } }[]): string => rows.map((r) => r.ta
 
 describe("danger", () => {
   it("is zero where the critic values a ship as one far off, and grows as Q falls", () => {
-    expect(dangerOf(target("1", { q: -0.14, q_far: -0.14 }))).toBe(0);
-    expect(dangerOf(target("1", { q: -2.14, q_far: -0.14 }))).toBeCloseTo(2);
-    expect(dangerOf(target("1", { q: 0.1, q_far: -0.14 }))).toBeLessThan(0);
+    expect(criticDanger(target("1", { q: -0.14, q_far: -0.14 }))).toBe(0);
+    expect(criticDanger(target("1", { q: -2.14, q_far: -0.14 }))).toBeCloseTo(2);
+    expect(criticDanger(target("1", { q: 0.1, q_far: -0.14 }))).toBeLessThan(0);
   });
 
   it("is absent without a critic, not zero", () => {
-    expect(dangerOf(target("1"))).toBeNull();
-    expect(dangerOf(target("1", { q: -1, q_far: null }))).toBeNull();
+    expect(criticDanger(target("1"))).toBeNull();
+    expect(criticDanger(target("1", { q: -1, q_far: null }))).toBeNull();
   });
 
   it("has a round scale that holds every value", () => {

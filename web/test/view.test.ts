@@ -3,7 +3,7 @@ import { describe, expect, it } from "vitest";
 import { milesToMetres, radians } from "../src/domain/units";
 import {
   viewCentre,
-  formatRingInterval,
+  formatRingDistance,
   RANGE_SCALES_NM,
   stepThrough,
   upBearing,
@@ -72,8 +72,8 @@ describe("vectors and scales", () => {
   });
 
   it("names the ring interval and stops at the ends", () => {
-    expect(formatRingInterval(0.75)).toBe("0.125 NM");
-    expect(formatRingInterval(24)).toBe("4 NM");
+    expect(formatRingDistance(0.75)).toBe("0.125");
+    expect(formatRingDistance(24)).toBe("4");
     expect(stepThrough(RANGE_SCALES_NM, 24, 1)).toBe(24);
     expect(stepThrough(RANGE_SCALES_NM, 6, -1)).toBe(3);
   });

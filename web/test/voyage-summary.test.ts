@@ -30,7 +30,7 @@ describe("an account of a voyage", () => {
     const told = summariseVoyage(voyage)!;
     expect(told.nearest_m).toBe(300);
     expect(told.nearest).toBe("ship 1");
-    expect(told.inside_s).toBe(5);
+    expect(told.inDomain_s).toBe(5);
     expect(told.turned_rad).toBeCloseTo(radians(20));
     expect(told.reward).toBeCloseTo(-0.2);
     expect(told.rudder_rad).toBe(-0.05);
@@ -49,8 +49,8 @@ describe("an account of a voyage", () => {
 it("compares only the time that both have sailed", () => {
   const late = voyage.slice(1).map((f) => ({ ...f, pilot: "straight" }));
   const [mine, hers] = compareVoyages(voyage, late)!;
-  expect(mine.inside_s).toBe(0);
-  expect(hers.inside_s).toBe(0);
+  expect(mine.inDomain_s).toBe(0);
+  expect(hers.inDomain_s).toBe(0);
   expect(mine.turned_rad).toBeCloseTo(radians(5));
   expect(compareVoyages(voyage, [])).toBeNull();
 });

@@ -89,7 +89,7 @@ function row(told: VoyageSummary, kind: string) {
     <td>
       ${told.nearest_m === null ? "–" : `${formatMiles(told.nearest_m)} ${shortName(told.nearest!, 10)}`}
     </td>
-    <td>${formatAge(told.inside_s)}</td>
+    <td>${formatAge(told.inDomain_s)}</td>
     <td>${Math.round(degrees(told.turned_rad))}°</td>
     <td>${told.reward === null ? "–" : told.reward.toFixed(1).replace("-", "−")}</td>
   </tr>`;

@@ -3,7 +3,7 @@
 import { css, html, LitElement, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { dangerOf } from "../domain/ranking";
+import { criticDanger } from "../domain/ranking";
 import {
   sweepRelativeToMidships,
   rudderShares,
@@ -143,7 +143,7 @@ export class ExplanationPanel extends LitElement {
           "0 = a ship far off",
           ids,
           look,
-          (t) => positive(dangerOf(t)),
+          (t) => positive(criticDanger(t)),
           store.dangerScale,
           true,
         ),

@@ -4,7 +4,7 @@ import { css, html, LitElement } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import {
-  formatRingInterval,
+  formatRingDistance,
   RANGE_SCALES_NM,
   stepThrough,
   TRAIL_MINUTES,
@@ -91,7 +91,7 @@ export class PlanBar extends LitElement {
           −
         </button>
         <span class="range number"
-          >${range_nm} NM<small>rings ${formatRingInterval(range_nm)}</small></span
+          >${range_nm} NM<small>rings ${formatRingDistance(range_nm)} NM</small></span
         >
         <button
           class="step"

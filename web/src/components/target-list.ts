@@ -4,7 +4,7 @@ import { html, LitElement, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
 import { N_SHIP_COLOURS } from "../domain/colours";
-import { dangerOf, largestIntention, roundScale, type RankedTarget } from "../domain/ranking";
+import { criticDanger, largestIntention, roundScale, type RankedTarget } from "../domain/ranking";
 import {
   formatAge,
   formatValue,
@@ -58,7 +58,7 @@ export class TargetList extends LitElement {
       danger: store.dangerScale,
       intention: frame ? roundScale(largestIntention(frame), 0.05) : 1,
     };
-    const critic = rows.some((r) => dangerOf(r.target) !== null);
+    const critic = rows.some((r) => criticDanger(r.target) !== null);
     const attentive = rows.some((r) => r.target.attention != null);
     return html`
       <header>
@@ -150,7 +150,7 @@ export class TargetList extends LitElement {
             <span class="name" title=${target.name}>${shortName(target.name)}</span>
           </button>
         </th>
-        ${critic ? html`<td>${dangerBar(dangerOf(target), scale.danger)}</td>` : nothing}
+        ${critic ? html`<td>${dangerBar(criticDanger(target), scale.danger)}</td>` : nothing}
         ${attentive && level > 1 ? html`<td>${shareBar(target.attention)}</td>` : nothing}
         ${attentive ? html`<td>${signedBar(target.intention, scale.intention)}</td>` : nothing}
         <td class="right number ${alarm ? "red" : ""}">${formatMiles(target.dcpa_m)}</td>

@@ -1,24 +1,24 @@
-/** The certified rudder band: of which rudder it is, and where it lies on a scale. */
+/** The certified rudder band: which frame it belongs to, and where it lies on a scale. */
 
 import type { Banded, Frame } from "../protocol.gen";
 
-/** The band that was told last, if it is of this frame: of its time, its pilot, its rudder. */
-export function bandForFrame(told: Banded | null, frame: Frame | null): Banded | null {
-  if (!told || !frame) return null;
+/** `band` if it was computed for this frame: the same time, pilot and rudder. */
+export function bandForFrame(band: Banded | null, frame: Frame | null): Banded | null {
+  if (!band || !frame) return null;
   const same =
-    told.time_s === frame.time_s &&
-    told.pilot === frame.pilot &&
-    told.rudder_rad === (frame.decision?.rudder_rad ?? null);
-  return same ? told : null;
+    band.time_s === frame.time_s &&
+    band.pilot === frame.pilot &&
+    band.rudder_rad === (frame.decision?.rudder_rad ?? null);
+  return same ? band : null;
 }
 
-/** Its ends on a scale, never nearer to each other than `least`, so that they can be told apart. */
+/** The ends of the band on a scale `x`, at least `minWidth` apart so that both can be seen. */
 export function bracketEnds(
   band: { low_rad: number; high_rad: number },
   x: (rad: number) => number,
-  least: number,
+  minWidth: number,
 ): [number, number] {
   const [low, high] = [x(band.low_rad), x(band.high_rad)];
-  const more = Math.max(0, least - (high - low)) / 2;
-  return [low - more, high + more];
+  const margin = Math.max(0, minWidth - (high - low)) / 2;
+  return [low - margin, high + margin];
 }

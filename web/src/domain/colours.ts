@@ -1,9 +1,9 @@
 /**
- * One colour and one number a ship, kept for as long as she is of note.
+ * Colours and numbers of the most prominent ships.
  *
- * The colours are told apart by readers with any colour vision and none is near the red of
- * alarms (test/colours.test.ts measures both); the number goes with each, so that colour
- * is never alone.
+ * The colours can be told apart with any colour vision, and none is close to the red of alarms
+ * (test/colours.test.ts measures both). Each comes with a number, so that nothing is coded by
+ * colour alone.
  */
 
 export type Palette = "day" | "dusk" | "night";
@@ -15,7 +15,7 @@ export const SHIP_COLOURS: Record<Palette, readonly string[]> = {
   night: ["#2a7fd0", "#6d6030", "#0b6a53", "#7038ea", "#b87818", "#b02898"],
 };
 
-/** The ink of a number on a ship's colour: the better readable of a dark and a light one. */
+/** The text colour that reads better on `colour`: a dark or a light one. */
 export function textColourOn(colour: string, palette: Palette): string {
   const light = palette === "night" ? "#f6ecd6" : "#ffffff";
   return contrast(colour, "#000000") >= contrast(colour, light) ? "#000000" : light;
@@ -42,18 +42,18 @@ export function linearRgb(hex: string): [number, number, number] {
 
 export const N_SHIP_COLOURS = SHIP_COLOURS.day.length;
 
-/** Hands out the places 0-5 and takes them back, so that a ship keeps hers. */
+/** Assigns the colours 0-5 to ships, so that each keeps its own while it is prominent. */
 export class ColourRegistry {
   private readonly indices = new Map<string, number>();
 
-  /** The ships of note now, the most notable first; others keep their place while one is free. */
-  update(noted: readonly string[], present: ReadonlySet<string>): void {
+  /** Assign colours to the first of `ids`; other ships keep theirs until it is needed. */
+  update(ids: readonly string[], present: ReadonlySet<string>): void {
     for (const id of this.indices.keys()) if (!present.has(id)) this.indices.delete(id);
-    const wanted = noted.slice(0, N_SHIP_COLOURS);
+    const wanted = ids.slice(0, N_SHIP_COLOURS);
     for (const id of wanted) {
       if (this.indices.has(id)) continue;
-      const place = this.freeIndex(id) ?? this.takeFromOthers(new Set(wanted));
-      if (place !== null) this.indices.set(id, place);
+      const index = this.freeIndex(id) ?? this.takeFromOthers(new Set(wanted));
+      if (index !== null) this.indices.set(id, index);
     }
   }
 
@@ -65,7 +65,7 @@ export class ColourRegistry {
     this.indices.clear();
   }
 
-  /** A free place, for ship 3 the third if it is free. */
+  /** A free colour; for ship 3 the third, if it is free. */
   private freeIndex(id: string): number | null {
     const used = new Set(this.indices.values());
     const own = Number(id) - 1;
@@ -74,12 +74,12 @@ export class ColourRegistry {
     return null;
   }
 
-  /** The place of a ship that is no longer among the wanted, taken from her. */
+  /** The colour of a ship that is not among the wanted ones, taken from it. */
   private takeFromOthers(wanted: ReadonlySet<string>): number | null {
-    for (const [id, place] of this.indices)
+    for (const [id, index] of this.indices)
       if (!wanted.has(id)) {
         this.indices.delete(id);
-        return place;
+        return index;
       }
     return null;
   }

@@ -1,38 +1,36 @@
-/** Between two frames of live traffic: how it has moved on since the last one. */
+/** Dead reckoning of live traffic between two frames. */
 
-import { distance, positionAfter, wrapAngle } from "./geometry";
 import type { Frame } from "../protocol.gen";
+import { bearing, distance, positionAfter, wrapAngle } from "./geometry";
+import { ownMotion } from "./own-motion";
 
-/** Live frames are 5 s apart; one that is later than this is not made up for [s]. */
+/** Live frames are 5 s apart; nothing is extrapolated for longer than this [s]. */
 export const MAX_DEAD_RECKONING_S = 10;
 
 /**
- * The frame with everybody dead-reckoned for so many seconds: places, range and bearing, ages
- * and the clock. What was computed and decided (CPA, danger, advice) stays that of the frame, as
- * the sentence and the alarms are. A lost ship stays where she was.
+ * The frame with all ships dead-reckoned for some seconds: positions, range and bearing, ages and
+ * time. CPA, danger and advice stay those of the frame. A lost target keeps its last position.
  */
 export function deadReckon(frame: Frame, seconds: number): Frame {
   const s = Math.min(seconds, MAX_DEAD_RECKONING_S);
   if (s <= 0) return frame;
-  const { own } = frame;
-  const here = { ...own, ...positionAfter({ ...own, course_rad: own.heading_rad }, s) };
+  const own = { ...frame.own, ...positionAfter(ownMotion(frame), s) };
   return {
     ...frame,
     time_s: frame.time_s + s,
-    ...(frame.time_utc ? { time_utc: utcLater(frame.time_utc, s) } : {}),
-    own: here,
+    ...(frame.time_utc ? { time_utc: addSeconds(frame.time_utc, s) } : {}),
+    own,
     targets: frame.targets.map((target) => {
-      const there = target.lost ? target : { ...target, ...positionAfter(target, s) };
-      const toward = Math.atan2(there.east_m - here.east_m, there.north_m - here.north_m);
+      const moved = target.lost ? target : { ...target, ...positionAfter(target, s) };
       return {
-        ...there,
-        range_m: distance(here, there),
-        bearing_rad: wrapAngle(toward - own.heading_rad),
+        ...moved,
+        range_m: distance(own, moved),
+        bearing_rad: wrapAngle(bearing(own, moved) - own.heading_rad),
         ...(target.age_s == null ? {} : { age_s: target.age_s + s }),
       };
     }),
   };
 }
 
-const utcLater = (utc: string, seconds: number): string =>
+const addSeconds = (utc: string, seconds: number): string =>
   new Date(Date.parse(utc) + 1000 * seconds).toISOString();

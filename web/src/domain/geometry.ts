@@ -11,7 +11,7 @@ export interface Motion extends Position {
   speed_m_s: number;
 }
 
-export const TAU = 2 * Math.PI;
+const TAU = 2 * Math.PI;
 
 /** An angle in [−π, π). */
 export function wrapAngle(rad: number): number {
@@ -22,7 +22,7 @@ export function distance(a: Position, b: Position): number {
   return Math.hypot(b.east_m - a.east_m, b.north_m - a.north_m);
 }
 
-/** True bearing from one place to another, in [0, 2π). */
+/** True bearing from one position to another, in [0, 2π). */
 export function bearing(from: Position, to: Position): number {
   const rad = Math.atan2(to.east_m - from.east_m, to.north_m - from.north_m);
   return rad < 0 ? rad + TAU : rad;
@@ -33,7 +33,7 @@ export function velocity(course_rad: number, speed_m_s: number): Position {
   return { east_m: speed_m_s * Math.sin(course_rad), north_m: speed_m_s * Math.cos(course_rad) };
 }
 
-/** Where a ship is after `seconds` of unchanged course and speed. */
+/** The position after `seconds` on a steady course and speed. */
 export function positionAfter(m: Motion, seconds: number): Position {
   const v = velocity(m.course_rad, m.speed_m_s);
   return { east_m: m.east_m + v.east_m * seconds, north_m: m.north_m + v.north_m * seconds };
@@ -47,7 +47,7 @@ export interface ClosestApproach {
   target: Position;
 }
 
-/** The closest point of approach of two ships that keep course and speed. */
+/** The closest point of approach of two ships on steady courses and speeds. */
 export function closestApproach(own: Motion, target: Motion): ClosestApproach {
   const a = velocity(own.course_rad, own.speed_m_s);
   const b = velocity(target.course_rad, target.speed_m_s);
@@ -61,7 +61,7 @@ export function closestApproach(own: Motion, target: Motion): ClosestApproach {
   return { dcpa_m: distance(there.own, there.target), tcpa_s, ...there };
 }
 
-/** Half axes of the ship domain in ship lengths (Eq. 14-15). */
+/** Half axes of the ship domain, in ship lengths (Eq. 14-15). */
 export const DOMAIN_HALF_AXES_LOA = { starboard: 3.2, port: 1.6, ahead: 6.4, astern: 1.6 } as const;
 
 /** The outline of the domain in the body frame: `x` starboard, `y` ahead [m]. */
@@ -76,7 +76,7 @@ export function domainOutline(loa_m: number, steps = 72): { x: number; y: number
   });
 }
 
-/** A place given in a ship's body frame, in east and north. */
+/** A point of a ship's body frame, in east and north. */
 export function fromBody(
   ship: Position,
   heading_rad: number,

@@ -1,4 +1,4 @@
-/** Names beside symbols without one on top of another. */
+/** Layout of labels beside their symbols, without overlaps. */
 
 export interface Box {
   x: number;
@@ -11,15 +11,14 @@ export const overlaps = (a: Box, b: Box): boolean =>
   a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
 
 /**
- * The first free place of a label around its symbol (right, left, below, above), within the
- * picture and off everything in `taken`; `null` if there is none. The place found is added
- * to `taken`.
+ * The first free box for a label around its symbol at `at`, within `bounds` and clear of
+ * everything in `occupied`, to which it is added; `null` if there is none.
  */
 export function placeLabel(
   at: { x: number; y: number },
   size: { w: number; h: number },
   gap: number,
-  frame: Box,
+  bounds: Box,
   occupied: Box[],
 ): Box | null {
   const { w, h } = size;
@@ -35,10 +34,10 @@ export function placeLabel(
   ];
   for (const box of candidates) {
     const inside =
-      box.x >= frame.x &&
-      box.y >= frame.y &&
-      box.x + w <= frame.x + frame.w &&
-      box.y + h <= frame.y + frame.h;
+      box.x >= bounds.x &&
+      box.y >= bounds.y &&
+      box.x + w <= bounds.x + bounds.w &&
+      box.y + h <= bounds.y + bounds.h;
     if (inside && !occupied.some((other) => overlaps(box, other))) {
       occupied.push(box);
       return box;

@@ -1,16 +1,16 @@
-/** Rows for the plots: time in minutes, one column a line, `null` where a frame lacks the value. */
+/** Data of the plots: time in minutes and one column per line, `null` where a value is absent. */
 
 import { degrees } from "./units";
 import type { Frame, Target } from "../protocol.gen";
 
-export type Column = (number | null)[];
+type Column = (number | null)[];
 export type Table = [number[], ...Column[]];
 
-export function minutes(frames: readonly Frame[]): number[] {
+function minutes(frames: readonly Frame[]): number[] {
   return frames.map((f) => f.time_s / 60);
 }
 
-/** Eq. 22: what the decided rudder gains over rudder 0 for the course and for all ships. */
+/** The gain of the decided rudder over midships, for the waypoint and for all ships (Eq. 22). */
 export function prioritySeries(frames: readonly Frame[]): Table {
   return [
     minutes(frames),
@@ -19,7 +19,7 @@ export function prioritySeries(frames: readonly Frame[]): Table {
   ];
 }
 
-/** Degrees of rudder with nobody there, and each named ship's share: they add up to the rudder. */
+/** The rudder without other ships and each ship's share [°]: together they are the rudder. */
 export function rudderShares(frames: readonly Frame[], ids: readonly string[]): Table {
   const [time, ...ships] = shipSeries(frames, ids, (t) =>
     t.shapley_rad == null ? null : degrees(t.shapley_rad),
@@ -30,7 +30,7 @@ export function rudderShares(frames: readonly Frame[], ids: readonly string[]): 
   return [time, alone, ...ships];
 }
 
-/** One value of each of the named ships over time. */
+/** One value of each ship over time. */
 export function shipSeries(
   frames: readonly Frame[],
   ids: readonly string[],
@@ -38,9 +38,9 @@ export function shipSeries(
 ): Table {
   const columns: Column[] = ids.map(() => []);
   for (const frame of frames) {
-    const here = new Map(frame.targets.map((t) => [t.id, t]));
+    const byId = new Map(frame.targets.map((t) => [t.id, t]));
     ids.forEach((id, k) => {
-      const target = here.get(id);
+      const target = byId.get(id);
       columns[k]!.push(target ? (value(target) ?? null) : null);
     });
   }
@@ -49,7 +49,7 @@ export function shipSeries(
 
 const cache = new WeakMap<readonly Frame[], Map<string, Table>>();
 
-/** A table of these very frames, made once: lists of frames are never changed, only replaced. */
+/** A table made once per list of frames: lists are replaced, never changed. */
 export function cachedTable(frames: readonly Frame[], name: string, make: () => Table): Table {
   const tables = cache.get(frames) ?? new Map<string, Table>();
   cache.set(frames, tables);
@@ -59,35 +59,35 @@ export function cachedTable(frames: readonly Frame[], name: string, make: () => 
 }
 
 export interface SweepTable {
-  /** Rudder in degrees, + starboard. */
+  /** Starboard positive. */
   rudder_deg: number[];
   total: number[];
   waypoint: number[];
   ships: { id: string; values: number[] }[];
 }
 
-/** Q of every rudder minus Q of rudder 0, split by sub-task and by the named ships. */
+/** Q of each rudder minus Q of midships: total, of the waypoint and of each ship. */
 export function sweepRelativeToMidships(frame: Frame, ids: readonly string[]): SweepTable | null {
   const sweep = frame.sweep;
   if (!sweep) return null;
-  const zero = nearestIndex(sweep.rudder_rad, 0);
-  const less = (values: number[]): number[] => values.map((v) => v - (values[zero] ?? 0));
+  const midships = nearestIndex(sweep.rudder_rad, 0);
+  const relative = (values: number[]): number[] => values.map((v) => v - (values[midships] ?? 0));
   const ships = ids.flatMap((id) => {
     const values = frame.targets.find((t) => t.id === id)?.q_sweep;
-    return values ? [{ id, values: less(values) }] : [];
+    return values ? [{ id, values: relative(values) }] : [];
   });
   return {
     rudder_deg: sweep.rudder_rad.map(degrees),
-    total: less(sweep.waypoint.map((w, k) => w + (sweep.collision[k] ?? 0))),
-    waypoint: less(sweep.waypoint),
+    total: relative(sweep.waypoint.map((w, k) => w + (sweep.collision[k] ?? 0))),
+    waypoint: relative(sweep.waypoint),
     ships,
   };
 }
 
-export function nearestIndex(values: readonly number[], wanted: number): number {
+function nearestIndex(values: readonly number[], value: number): number {
   let best = 0;
   values.forEach((v, k) => {
-    if (Math.abs(v - wanted) < Math.abs((values[best] ?? Infinity) - wanted)) best = k;
+    if (Math.abs(v - value) < Math.abs((values[best] ?? Infinity) - value)) best = k;
   });
   return best;
 }

@@ -1,4 +1,4 @@
-/** From the sea to the screen: what is up, what stands still, how far one sees. */
+/** From positions to pixels: orientation, motion mode and range scale of the plan display. */
 
 import { bearing, distance, velocity, wrapAngle, type Position } from "./geometry";
 import { milesToMetres, radians } from "./units";
@@ -8,7 +8,7 @@ export type Orientation = "head-up" | "north-up" | "course-up";
 export type MotionMode = "relative" | "true";
 export type VectorMode = "true" | "relative";
 
-/** Radius of the outer ring [NM]: those that mariners know. */
+/** Radius of the outermost ring: the usual radar range scales. */
 export const RANGE_SCALES_NM = [0.75, 1.5, 3, 6, 12, 24] as const;
 export const N_RINGS = 6;
 export const VECTOR_MINUTES = [1, 3, 6, 12, 20, 30] as const;
@@ -19,7 +19,7 @@ export interface Point {
   y: number;
 }
 
-/** A window on the sea: the place in its middle, the bearing that points up, the scale. */
+/** A map projection: the position at the centre, the bearing that points up, the scale. */
 export class View {
   private readonly sin: number;
   private readonly cos: number;
@@ -58,9 +58,9 @@ export function upBearing(orientation: Orientation, frame: Frame): number {
 }
 
 /**
- * The place in the middle of the picture. In relative motion it is own ship. In true motion
- * it stands still until own ship is farther than 0.6 of the range away, and is then set so
- * that she has the greater part of the picture ahead.
+ * The position at the centre of the picture. In relative motion it is own ship. In true motion it
+ * stays fixed until own ship is farther away than 0.6 of the range; it is then moved ahead of own
+ * ship by half the range.
  */
 export function viewCentre(
   motion: MotionMode,
@@ -78,7 +78,7 @@ export function viewCentre(
   };
 }
 
-/** The end of a target's vector after `minutes`, true or relative to own ship. */
+/** The tip of a ship's vector after `minutes`, true or relative to another motion. */
 export function vectorEnd(
   from: Position,
   course_rad: number,
@@ -95,12 +95,18 @@ export function vectorEnd(
   };
 }
 
-/** The distance between two rings as text: `1 NM`, `0.125 NM`. */
-export function formatRingInterval(range_nm: number): string {
-  return `${Number((range_nm / N_RINGS).toFixed(3))} NM`;
+/** The point at an angle (clockwise from up) and a distance from another one. */
+export const pointFrom = (from: Point, angle: number, distance: number): Point => ({
+  x: from.x + distance * Math.sin(angle),
+  y: from.y - distance * Math.cos(angle),
+});
+
+/** The radius of a ring in miles: that of the first one is also the interval of the rings. */
+export function formatRingDistance(range_nm: number, ring = 1): string {
+  return String(Number(((range_nm * ring) / N_RINGS).toFixed(3)));
 }
 
-/** The next scale in or out; the outermost ones stay. */
+/** The next or previous of the values; at either end the value stays. */
 export function stepThrough<T>(values: readonly T[], now: T, step: -1 | 1): T {
   const k = values.indexOf(now);
   return values[Math.min(Math.max(k + step, 0), values.length - 1)] ?? now;

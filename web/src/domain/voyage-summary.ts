@@ -1,17 +1,17 @@
 /** Two pilots in the same encounter: what each has done so far. */
 
-import { wrapAngle } from "./geometry";
 import type { Frame } from "../protocol.gen";
+import { wrapAngle } from "./geometry";
 
 export interface VoyageSummary {
   pilot: string;
   rudder_rad: number | null;
-  /** The nearest that any ship has come so far, and who. */
+  /** The smallest range to any target so far, and that target's name. */
   nearest_m: number | null;
   nearest: string | null;
-  /** Steps with a ship inside the domain (Eq. 13 > 0). */
-  inside_s: number;
-  /** Sum of all changes of heading. */
+  /** Time with a target inside the ship domain (Eq. 13 > 0). */
+  inDomain_s: number;
+  /** Sum of the absolute changes of heading. */
   turned_rad: number;
   /** Sum of the rewards of the steps (Eq. 16-18), where frames carry them. */
   reward: number | null;
@@ -25,7 +25,7 @@ export function summariseVoyage(frames: readonly Frame[]): VoyageSummary | null 
     rudder_rad: last.decision?.rudder_rad ?? null,
     nearest_m: null,
     nearest: null,
-    inside_s: 0,
+    inDomain_s: 0,
     turned_rad: 0,
     reward: null,
   };
@@ -35,7 +35,8 @@ export function summariseVoyage(frames: readonly Frame[]): VoyageSummary | null 
       if (summary.nearest_m === null || target.range_m < summary.nearest_m)
         [summary.nearest_m, summary.nearest] = [target.range_m, target.name];
     if (before) {
-      if (frame.targets.some((t) => t.danger > 0)) summary.inside_s += frame.time_s - before.time_s;
+      if (frame.targets.some((t) => t.danger > 0))
+        summary.inDomain_s += frame.time_s - before.time_s;
       summary.turned_rad += Math.abs(wrapAngle(frame.own.heading_rad - before.own.heading_rad));
     }
     if (frame.reward) {
@@ -47,15 +48,15 @@ export function summariseVoyage(frames: readonly Frame[]): VoyageSummary | null 
   return summary;
 }
 
-/** Both accounts over the time that both have sailed. */
+/** The summaries of both voyages over the time that they have in common. */
 export function compareVoyages(
   frames: readonly Frame[],
-  others: readonly Frame[],
+  compared: readonly Frame[],
 ): [VoyageSummary, VoyageSummary] | null {
-  const from = Math.max(frames[0]?.time_s ?? 0, others[0]?.time_s ?? 0);
-  const to = Math.min(frames.at(-1)?.time_s ?? -1, others.at(-1)?.time_s ?? -1);
+  const from = Math.max(frames[0]?.time_s ?? 0, compared[0]?.time_s ?? 0);
+  const to = Math.min(frames.at(-1)?.time_s ?? -1, compared.at(-1)?.time_s ?? -1);
   const common = (all: readonly Frame[]): Frame[] =>
     all.filter((f) => f.time_s >= from && f.time_s <= to);
-  const [mine, hers] = [summariseVoyage(common(frames)), summariseVoyage(common(others))];
-  return mine && hers ? [mine, hers] : null;
+  const [first, second] = [summariseVoyage(common(frames)), summariseVoyage(common(compared))];
+  return first && second ? [first, second] : null;
 }

@@ -1,76 +1,75 @@
-/** Ghosts: both ships where they will be nearest, for the ships that a viewer should know it of. */
+/** CPA ghosts: own ship and a target at their closest point of approach. */
 
-import { closestApproach, type Motion } from "../domain/geometry";
+import { closestApproach } from "../domain/geometry";
 import { placeLabel, type Box } from "../domain/label-layout";
+import { ownMotion } from "../domain/own-motion";
 import type { RankedTarget } from "../domain/ranking";
-import { formatDuration, formatMiles } from "../domain/units";
-import { FONT, shipColour, isVisible, ownMotion, type Context, type Scene } from "./scene";
+import { formatDuration, formatMiles, milesToMetres } from "../domain/units";
+import type { Target } from "../protocol.gen";
+import { FONT, isHighlighted, isVisible, targetColour, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
-/** CPA positions are shown for approaches nearer than this [m] and sooner than this [s]. */
-const MAX_GHOST_CPA_M = 3 * 1852;
-const MAX_GHOST_TCPA_S = 3600;
+/** Ghosts are drawn of approaches that are closer and sooner than this. */
+const MAX_CPA_M = milesToMetres(3);
+const MAX_TCPA_S = 3600;
 
-/** Both ships where they will be nearest, for the ships that a viewer should know it of. */
+const isAhead = (target: Target): boolean =>
+  !target.lost && target.tcpa_s > 0 && target.tcpa_s <= MAX_TCPA_S;
+
+/** Ghosts of all ships that are highlighted, under alarm, or coloured and close at CPA. */
 export function drawCpaGhosts(c: Context, scene: Scene): void {
-  const me = ownMotion(scene.frame);
   for (const row of scene.rows) {
-    const { target } = row;
-    const lit = target.id === scene.selected || target.id === scene.hovered;
-    const told = lit || row.alarm !== null || scene.colourIndex(target.id) !== null;
-    if (!told || target.lost || target.tcpa_s <= 0 || target.tcpa_s > MAX_GHOST_TCPA_S) continue;
-    if (!lit && !row.alarm && target.dcpa_m > MAX_GHOST_CPA_M) continue;
-    drawCpaGhost(c, scene, me, row, lit);
+    const { target, alarm } = row;
+    if (!isAhead(target)) continue;
+    const coloured = scene.colourIndex(target.id) !== null;
+    if (isHighlighted(scene, target.id) || alarm || (coloured && target.dcpa_m <= MAX_CPA_M))
+      drawCpaGhost(c, scene, row);
   }
   c.globalAlpha = 1;
 }
 
-function drawCpaGhost(c: Context, scene: Scene, me: Motion, row: RankedTarget, lit: boolean): void {
-  const { view, colours, settings } = scene;
+function drawCpaGhost(c: Context, scene: Scene, row: RankedTarget): void {
+  const { view, settings, frame } = scene;
   const { target } = row;
-  const ink = row.alarm ? colours.alarm : shipColour(scene, target.id);
-  const cpa = closestApproach(me, target);
+  const highlighted = isHighlighted(scene, target.id);
+  const colour = targetColour(scene, row);
+  const cpa = closestApproach(ownMotion(frame), target);
   const relative = settings.motion === "relative" && settings.vectors === "relative";
   const [ownThen, targetThen] = relative
     ? [
-        scene.frame.own,
+        frame.own,
         {
-          east_m: scene.frame.own.east_m + cpa.target.east_m - cpa.own.east_m,
-          north_m: scene.frame.own.north_m + cpa.target.north_m - cpa.own.north_m,
+          east_m: frame.own.east_m + cpa.target.east_m - cpa.own.east_m,
+          north_m: frame.own.north_m + cpa.target.north_m - cpa.own.north_m,
         },
       ]
     : [cpa.own, cpa.target];
   const [a, b] = [view.toScreen(ownThen), view.toScreen(targetThen)];
   if (!isVisible(scene, a) && !isVisible(scene, b)) return;
-  c.globalAlpha = lit || row.alarm ? 1 : 0.55;
-  symbol.line(c, view.toScreen(target), b, ink, 0.8, [1, 4]);
-  symbol.line(c, a, b, ink, lit ? 2 : 1.2);
-  symbol.triangle(c, b, view.angle(target.course_rad), 6, ink, 1.1);
-  c.strokeStyle = ink;
-  c.lineWidth = 1.1;
-  c.beginPath();
-  c.arc(a.x, a.y, 4, 0, 2 * Math.PI);
-  c.stroke();
+  c.globalAlpha = highlighted || row.alarm ? 1 : 0.55;
+  symbol.line(c, view.toScreen(target), b, colour, 0.8, [1, 4]);
+  symbol.line(c, a, b, colour, highlighted ? 2 : 1.2);
+  symbol.triangle(c, b, view.angle(target.course_rad), 6, colour, 1.1);
+  symbol.circle(c, a, 4, colour, 1.1);
 }
 
-/** Distance and time of the closest approach, beside the lit ship's place at that time. */
+/** CPA and TCPA of a highlighted ship, beside its ghost. */
 export function drawCpaLabel(
   c: Context,
   scene: Scene,
   row: RankedTarget,
-  picture: Box,
-  taken: Box[],
+  bounds: Box,
+  occupied: Box[],
 ): void {
   const { target, alarm } = row;
-  const lit = target.id === scene.selected || target.id === scene.hovered;
-  if (!lit || target.lost || target.tcpa_s <= 0 || target.tcpa_s > MAX_GHOST_TCPA_S) return;
+  if (!isHighlighted(scene, target.id) || !isAhead(target)) return;
   const cpa = closestApproach(ownMotion(scene.frame), target);
   const at = scene.view.toScreen(cpa.target);
   if (!isVisible(scene, at)) return;
   c.font = `600 12px ${FONT}`;
   const words = `CPA ${formatMiles(target.dcpa_m)} NM in ${formatDuration(target.tcpa_s)}`;
-  const box = placeLabel(at, { w: c.measureText(words).width, h: 16 }, 16, picture, taken);
+  const box = placeLabel(at, { w: c.measureText(words).width, h: 16 }, 16, bounds, occupied);
   if (!box) return;
-  const ink = alarm ? scene.colours.alarm : scene.colours.text;
-  symbol.text(c, words, box.x, box.y + 8, ink, scene.colours.sea);
+  const colour = alarm ? scene.colours.alarm : scene.colours.text;
+  symbol.text(c, words, box.x, box.y + 8, colour, scene.colours.sea);
 }

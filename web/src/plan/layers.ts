@@ -1,4 +1,4 @@
-/** The layers of the plan display, from the sea up. */
+/** The layers of the plan display, from the bottom up. */
 
 import { drawRangeRings, drawRoute } from "./range-rings";
 import { drawCpaGhosts } from "./cpa-ghosts";

@@ -1,4 +1,4 @@
-/** The colours of the canvas, read from the palette in force. */
+/** The colours of the canvas, read from the current palette's style sheet. */
 
 import { SHIP_COLOURS, type Palette } from "../domain/colours";
 
@@ -33,8 +33,8 @@ export function planColours(palette: Palette): PlanColours {
     compare: of("compare"),
     whatIf: of("what-if"),
     alarm: of("alarm"),
-    text: of("ink"),
-    muted: of("soft"),
+    text: of("text"),
+    muted: of("muted"),
     line: of("line"),
     ships: SHIP_COLOURS[palette],
   };

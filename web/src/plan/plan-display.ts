@@ -1,4 +1,4 @@
-/** The plan display: the canvas, what the pointer does on it, and its permanent indications. */
+/** The plan display: its canvas, pointer input and status text. */
 
 import { css, html, LitElement } from "lit";
 import { customElement, query } from "lit/decorators.js";
@@ -9,7 +9,8 @@ import { store, StoreController } from "../store";
 import { shared } from "../style/shared";
 import { planColours } from "./plan-colours";
 import { drawPlan } from "./layers";
-import { describePlan, targetAt } from "./hit-test";
+import { describePlan } from "./plan-description";
+import { targetAt } from "./hit-test";
 import { toPositions, ringRadius, pixelsPerMetre, type Scene } from "./scene";
 
 const FLASH_MS = 500;
@@ -37,7 +38,7 @@ export class PlanDisplay extends LitElement {
       canvas.stale {
         filter: grayscale(1) opacity(0.45);
       }
-      .stale-word {
+      .stale-banner {
         position: absolute;
         left: 50%;
         top: 12px;
@@ -87,8 +88,8 @@ export class PlanDisplay extends LitElement {
   }
 
   override render() {
-    const alive = store.liveness;
-    const stale = alive.state === "stale";
+    const { liveness } = store;
+    const stale = liveness.state === "stale";
     return html`
       <canvas
         role="img"
@@ -99,8 +100,8 @@ export class PlanDisplay extends LitElement {
         @click=${this.choose}
         @wheel=${{ handleEvent: this.wheel, passive: false }}
       ></canvas>
-      ${stale ? html`<div class="stale-word" role="status">NOT LIVE · ${alive.text}</div>` : ""}
-      ${store.frame ? "" : html`<div class="empty">${alive.text}</div>`}
+      ${stale ? html`<div class="stale-banner" role="status">NOT LIVE · ${liveness.text}</div>` : ""}
+      ${store.frame ? "" : html`<div class="empty">${liveness.text}</div>`}
     `;
   }
 
@@ -152,21 +153,21 @@ export class PlanDisplay extends LitElement {
     };
   }
 
-  private at(event: PointerEvent | MouseEvent) {
+  private eventPoint(event: PointerEvent | MouseEvent) {
     const box = this.canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
 
   private readonly move = (event: PointerEvent): void => {
     if (event.pointerType === "touch" || !this.scene) return;
-    const target = targetAt(this.scene, this.at(event));
+    const target = targetAt(this.scene, this.eventPoint(event));
     store.hover(target?.id ?? null);
     this.canvas.style.cursor = target ? "pointer" : "default";
   };
 
   private readonly choose = (event: MouseEvent): void => {
     if (!this.scene) return;
-    const target = targetAt(this.scene, this.at(event), 26);
+    const target = targetAt(this.scene, this.eventPoint(event), 26);
     store.select(target?.id ?? null);
   };
 

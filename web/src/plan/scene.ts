@@ -1,6 +1,6 @@
-/** Everything one picture of the plan display is made of. */
+/** All that one picture of the plan display depends on. */
 
-import type { Motion, Position } from "../domain/geometry";
+import type { Position } from "../domain/geometry";
 import type { RankedTarget } from "../domain/ranking";
 import { milesToMetres } from "../domain/units";
 import type { Point, View } from "../domain/view";
@@ -13,40 +13,41 @@ export const FONT = '"Noto Sans", "DejaVu Sans", sans-serif';
 
 export interface Scene {
   frame: Frame;
-  /** Past frames, the last of them `frame`. */
+  /** Past frames; the last one is `frame`. */
   frames: readonly Frame[];
+  /** Frames of the compared pilot. */
   compare: readonly Frame[];
+  /** Own ship's predicted track. */
   path: readonly Position[];
-  /** Own ship's track under the condition that was asked about; empty when nothing was. */
+  /** Own ship's track of the last what-if answer, or empty. */
   whatIf: readonly Position[];
   rows: readonly RankedTarget[];
   selected: string | null;
   hovered: string | null;
-  /** Position of a ship of note in the palette, `null` for all others. */
+  /** Index of a ship's colour, `null` for ships without one. */
   colourIndex: (id: string) => number | null;
   settings: Readonly<SettingValues>;
   colours: PlanColours;
   view: View;
   width: number;
   height: number;
-  /** Radius of the outer ring [px]. */
+  /** Radius of the outermost ring [px]. */
   radius: number;
   /** Whether flashing symbols are in their bright half. */
   flashOn: boolean;
 }
 
 export function shipColour(scene: Scene, id: string): string {
-  const place = scene.colourIndex(id);
-  return place === null ? scene.colours.other : (scene.colours.ships[place] ?? scene.colours.other);
+  const index = scene.colourIndex(id);
+  return index === null ? scene.colours.other : (scene.colours.ships[index] ?? scene.colours.other);
 }
 
-/** Own ship as what keeps her heading and speed. */
-export const ownMotion = (frame: Frame): Motion => ({
-  east_m: frame.own.east_m,
-  north_m: frame.own.north_m,
-  course_rad: frame.own.heading_rad,
-  speed_m_s: frame.own.speed_m_s,
-});
+/** The alarm colour for a ship under alarm, else its own. */
+export const targetColour = (scene: Scene, { target, alarm }: RankedTarget): string =>
+  alarm ? scene.colours.alarm : shipColour(scene, target.id);
+
+export const isHighlighted = (scene: Scene, id: string): boolean =>
+  id === scene.selected || id === scene.hovered;
 
 export function isVisible(scene: Scene, p: Point, margin = 0): boolean {
   return (

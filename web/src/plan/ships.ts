@@ -1,18 +1,18 @@
-/** The ships: own ship with her domain, the targets, their vectors and hulls. */
+/** Own ship with its domain, and the targets with their vectors and hulls. */
 
 import { domainOutline, fromBody, type Position } from "../domain/geometry";
 import type { RankedTarget } from "../domain/ranking";
-import { isHeadingKnown } from "../domain/own-motion";
+import { isHeadingKnown, ownMotion } from "../domain/own-motion";
 import { turnDirection } from "../domain/turn-detection";
-import { vectorEnd, type Point } from "../domain/view";
+import { pointFrom, vectorEnd, type Point } from "../domain/view";
 import type { Target } from "../protocol.gen";
-import { FONT, shipColour, isVisible, ownMotion, type Context, type Scene } from "./scene";
+import { FONT, isVisible, targetColour, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
-/** Length of a turn flag. */
+/** Length of the mark at a vector's tip that shows a turn. */
 const FLAG_PX = 9;
 
-/** The ship domain of Eq. 14-15 about own ship. */
+/** Own ship's domain (Eq. 14-15). */
 export function drawDomain(c: Context, scene: Scene): void {
   const { frame, view, colours } = scene;
   const edge = domainOutline(frame.ship.loa_m).map((body) =>
@@ -22,7 +22,7 @@ export function drawDomain(c: Context, scene: Scene): void {
 }
 
 export function drawTargets(c: Context, scene: Scene): void {
-  // Ships of note last, so that they lie on top.
+  // The most prominent last, on top of the others.
   const order = [...scene.rows].sort(
     (p, q) => p.prominence - q.prominence || p.target.id.localeCompare(q.target.id),
   );
@@ -35,17 +35,20 @@ function drawTarget(c: Context, scene: Scene, row: RankedTarget): void {
   const at = view.toScreen(target);
   if (!isVisible(scene, at, 60)) return;
   const angle = view.angle(target.course_rad);
-  const noted = scene.colourIndex(target.id) !== null;
-  const ink = alarm ? colours.alarm : shipColour(scene, target.id);
+  const coloured = scene.colourIndex(target.id) !== null;
+  const colour = targetColour(scene, row);
   const flashing = alarm?.state === "unacknowledged";
-  const size = noted || alarm ? symbol.TARGET_PX : symbol.SLEEPING_PX;
+  const size = coloured || alarm ? symbol.TARGET_PX : symbol.SLEEPING_PX;
   const moving = target.speed_m_s > 0.25 && !target.lost;
-  const awake = noted || alarm !== null || target.fed !== false;
+  const awake = coloured || alarm !== null || target.fed !== false;
   if (moving && awake) {
-    const [end, width] = [view.toScreen(vectorTip(scene, target)), alarm ? 2.4 : noted ? 1.7 : 1];
-    symbol.line(c, at, end, ink, width, [6, 4]);
+    const [end, width] = [
+      view.toScreen(vectorTip(scene, target)),
+      alarm ? 2.4 : coloured ? 1.7 : 1,
+    ];
+    symbol.line(c, at, end, colour, width, [6, 4]);
     const side = turnDirection(scene.frames, target.id);
-    if (side) symbol.line(c, end, flagTip(end, angle, side), ink, width);
+    if (side) symbol.line(c, end, flagTip(end, angle, side), colour, width);
   }
   if (!flashing || scene.flashOn)
     symbol.triangle(
@@ -53,48 +56,42 @@ function drawTarget(c: Context, scene: Scene, row: RankedTarget): void {
       at,
       angle,
       size,
-      ink,
-      alarm ? 3 : noted ? 2 : 1.2,
-      noted ? colours.sea : undefined,
+      colour,
+      alarm ? 3 : coloured ? 2 : 1.2,
+      coloured ? colours.sea : undefined,
     );
-  if (target.length_m) drawHull(c, scene, target, ink);
-  if (target.lost) symbol.lostMark(c, at, size + 3, ink);
+  if (target.length_m) drawHull(c, scene, target, colour);
+  if (target.lost) symbol.lostMark(c, at, size + 3, colour);
   if (target.id === scene.selected) symbol.selectionCorners(c, at, 16, colours.text, 2.2);
   else if (target.id === scene.hovered) symbol.selectionCorners(c, at, 16, colours.muted, 1.4);
 }
 
-/** The end of a turn flag: square to her course, on the side of her turn, whatever the vectors are. */
+/** The end of a turn flag: at right angles to the course, on the side of the turn. */
 function flagTip(end: Point, angle: number, side: -1 | 1): Point {
-  return {
-    x: end.x + side * FLAG_PX * Math.cos(angle),
-    y: end.y + side * FLAG_PX * Math.sin(angle),
-  };
+  return pointFrom(end, angle + (side * Math.PI) / 2, FLAG_PX);
 }
 
-/** Where a ship's vector ends. */
+/** The tip of a target's vector. */
 export function vectorTip({ settings, frame }: Scene, target: Target): Position {
   const { heading_rad, speed_m_s } = frame.own;
   const relative = settings.vectors === "relative" ? { course_rad: heading_rad, speed_m_s } : null;
   return vectorEnd(target, target.course_rad, target.speed_m_s, settings.vector_min, relative);
 }
 
-/** True-scale outline, once it is larger than the symbol. */
-function drawHull(c: Context, scene: Scene, target: Target, ink: string): void {
+/** The outline to scale, once it is larger than the symbol. */
+function drawHull(c: Context, scene: Scene, target: Target, colour: string): void {
   const length = (target.length_m ?? 0) * scene.view.px_m;
   if (length < 3 * symbol.TARGET_PX) return;
   const at = scene.view.toScreen(target);
-  symbol.hull(c, at, scene.view.angle(target.course_rad), length, length / 6.5, ink);
+  symbol.hull(c, at, scene.view.angle(target.course_rad), length, length / 6.5, colour);
 }
 
-/** Own ship: circles, heading line (or course line) to the edge, beam line, her vector, her hull to scale. */
+/** Own ship: symbol, heading or course line to the outermost ring, beam line, vector, hull to scale. */
 export function drawOwnShip(c: Context, scene: Scene): void {
   const { view, colours, frame, radius, settings } = scene;
   const at = view.toScreen(frame.own);
   const ahead = view.angle(frame.own.heading_rad);
-  const along = (r: number, turn = 0): Point => ({
-    x: at.x + r * Math.sin(ahead + turn),
-    y: at.y - r * Math.cos(ahead + turn),
-  });
+  const along = (distance: number, turn = 0): Point => pointFrom(at, ahead + turn, distance);
   symbol.line(c, at, along(radius), colours.own, 1);
   if (!isHeadingKnown(frame)) {
     const end = along(radius - 14);

@@ -1,13 +1,16 @@
-/** Ways over time: past positions, own ship's track ahead, "what if", another pilot's voyage. */
+/** Tracks: past positions, own ship's predicted and what-if tracks, the compared pilot's track. */
 
+import { pointFrom, type Point } from "../domain/view";
 import type { Frame } from "../protocol.gen";
 import { shipColour, isVisible, type Context, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
-/** From one point of a track ahead to the next. */
+/** Time between two points of a predicted track. */
 const PATH_STEP_S = 30;
+/** Time between two marks on it. */
+const MARK_EVERY_S = 300;
 
-/** Past positions: dots equally spaced in time, relative to own ship in relative motion. */
+/** Past positions as dots equally spaced in time, relative to own ship in relative motion. */
 export function drawTrails(c: Context, scene: Scene): void {
   const { trail_min, motion } = scene.settings;
   if (!trail_min) return;
@@ -43,41 +46,36 @@ function drawPastPositions(
       east_m: target.east_m + shift.east_m,
       north_m: target.north_m + shift.north_m,
     });
-    const noted = scene.colourIndex(target.id) !== null;
-    if (isVisible(scene, p)) symbol.dot(c, p, noted ? 1.7 : 1, shipColour(scene, target.id));
+    const coloured = scene.colourIndex(target.id) !== null;
+    if (isVisible(scene, p)) symbol.dot(c, p, coloured ? 1.7 : 1, shipColour(scene, target.id));
   }
   if (!relative) symbol.dot(c, view.toScreen(past.own), 1.7, colours.own);
 }
 
-/** Where own ship goes under the pilot, with a mark every five minutes. */
+/** Own ship's track under the pilot. */
 export function drawPredictedTrack(c: Context, scene: Scene): void {
   const { path, view, colours } = scene;
   if (path.length < 2) return;
   const points = path.map((p) => view.toScreen(p));
   symbol.polyline(c, points, colours.path, 2.2);
-  points.forEach((p, k) => {
-    if (k && (k * PATH_STEP_S) % 300 === 0) {
-      symbol.dot(c, p, 3.4, colours.sea);
-      c.strokeStyle = colours.path;
-      c.lineWidth = 1.6;
-      c.beginPath();
-      c.arc(p.x, p.y, 3.4, 0, 2 * Math.PI);
-      c.stroke();
-    }
-  });
+  for (const p of timeMarks(points)) {
+    symbol.dot(c, p, 3.4, colours.sea);
+    symbol.circle(c, p, 3.4, colours.path, 1.6);
+  }
 }
 
-/** Where own ship would go under the condition asked about, with the same marks as the prediction. */
+/** Own ship's track under the what-if condition. */
 export function drawWhatIfTrack(c: Context, scene: Scene): void {
   const { view, colours } = scene;
   const points = scene.whatIf.map((p) => view.toScreen(p));
   symbol.polyline(c, points, colours.whatIf, 2.2, [8, 5]);
-  points.forEach((p, k) => {
-    if (k && (k * PATH_STEP_S) % 300 === 0) symbol.dot(c, p, 2.6, colours.whatIf);
-  });
+  for (const p of timeMarks(points)) symbol.dot(c, p, 2.6, colours.whatIf);
 }
 
-/** Own ship as another pilot would have steered her. */
+const timeMarks = (points: readonly Point[]): Point[] =>
+  points.filter((_, k) => k > 0 && (k * PATH_STEP_S) % MARK_EVERY_S === 0);
+
+/** Own ship's track and position under the compared pilot. */
 export function drawComparedTrack(c: Context, scene: Scene): void {
   const last = scene.compare.at(-1);
   if (!last) return;
@@ -92,12 +90,6 @@ export function drawComparedTrack(c: Context, scene: Scene): void {
   const at = view.toScreen(last.own);
   symbol.ownShip(c, at, colours.compare);
   const ahead = view.angle(last.own.heading_rad);
-  symbol.line(
-    c,
-    at,
-    { x: at.x + 26 * Math.sin(ahead), y: at.y - 26 * Math.cos(ahead) },
-    colours.compare,
-    1.5,
-  );
+  symbol.line(c, at, pointFrom(at, ahead, 26), colours.compare, 1.5);
   symbol.text(c, last.pilot, at.x + 13, at.y + 14, colours.compare, colours.sea);
 }
