@@ -1,4 +1,7 @@
-/** A sound while an alarm shown is not acknowledged, though its picture be old; browsers allow it once the viewer has touched the page. */
+/**
+ * The sound of an unacknowledged alarm, whether or not the picture is live. Browsers allow it
+ * only after the user has clicked or pressed a key.
+ */
 
 import { store } from "./store";
 
@@ -6,26 +9,26 @@ const REPEAT_MS = 1500;
 
 export function startAlarmSound(): void {
   let context: AudioContext | null = null;
-  window.addEventListener("pointerdown", () => (context ??= new AudioContext()), { once: true });
-  window.addEventListener("keydown", () => (context ??= new AudioContext()), { once: true });
+  const allow = (): void => void (context ??= new AudioContext());
+  window.addEventListener("pointerdown", allow, { once: true });
+  window.addEventListener("keydown", allow, { once: true });
   window.setInterval(() => {
-    const open = store.alarms.some((a) => a.state === "unacknowledged");
-    if (context && open && store.settings.values.sound) beep(context);
+    if (context && store.hasOpenAlarm && store.settings.values.sound) beep(context);
   }, REPEAT_MS);
 }
 
 /** Two short tones. */
 function beep(context: AudioContext): void {
-  [0, 0.18].forEach((after) => {
+  for (const delay_s of [0, 0.18]) {
     const tone = context.createOscillator();
-    const loudness = context.createGain();
-    const at = context.currentTime + after;
+    const gain = context.createGain();
+    const at = context.currentTime + delay_s;
     tone.frequency.value = 880;
-    loudness.gain.setValueAtTime(0.0001, at);
-    loudness.gain.exponentialRampToValueAtTime(0.12, at + 0.02);
-    loudness.gain.exponentialRampToValueAtTime(0.0001, at + 0.14);
-    tone.connect(loudness).connect(context.destination);
+    gain.gain.setValueAtTime(0.0001, at);
+    gain.gain.exponentialRampToValueAtTime(0.12, at + 0.02);
+    gain.gain.exponentialRampToValueAtTime(0.0001, at + 0.14);
+    tone.connect(gain).connect(context.destination);
     tone.start(at);
     tone.stop(at + 0.15);
-  });
+  }
 }

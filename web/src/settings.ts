@@ -1,4 +1,4 @@
-/** How this viewer likes to look; kept in this browser, never sent. */
+/** Display settings, stored in the browser and never sent. */
 
 import type { Palette } from "./domain/colours";
 import type { MotionMode, Orientation, VectorMode } from "./domain/view";
@@ -34,30 +34,30 @@ const STORAGE_KEY = "glasshelm";
 export class Settings {
   private current: SettingValues = { ...DEFAULT_SETTINGS, ...stored() };
 
-  constructor(private readonly changed: () => void) {}
+  constructor(private readonly onChange: () => void) {}
 
   get values(): Readonly<SettingValues> {
     return this.current;
   }
 
-  set(some: Partial<SettingValues>): void {
-    this.current = { ...this.current, ...some };
+  set(changes: Partial<SettingValues>): void {
+    this.current = { ...this.current, ...changes };
     try {
       localStorage.setItem(STORAGE_KEY, JSON.stringify(this.current));
     } catch {
-      // A browser that keeps nothing shows the page all the same.
+      // Without storage the settings last as long as the page.
     }
-    this.changed();
+    this.onChange();
   }
 }
 
-/** What was kept, as far as it is of the right type. */
+/** The stored values that are of the right type. */
 function stored(): Partial<SettingValues> {
   try {
-    const found: unknown = JSON.parse(localStorage.getItem(STORAGE_KEY) ?? "{}");
-    if (typeof found !== "object" || found === null) return {};
+    const values: unknown = JSON.parse(localStorage.getItem(STORAGE_KEY) ?? "{}");
+    if (typeof values !== "object" || values === null) return {};
     return Object.fromEntries(
-      Object.entries(found).filter(
+      Object.entries(values).filter(
         ([k, v]) =>
           k in DEFAULT_SETTINGS && typeof v === typeof DEFAULT_SETTINGS[k as keyof SettingValues],
       ),

@@ -1,4 +1,4 @@
-/** The keyboard: one key, one thing; help is in the menu. */
+/** Keyboard shortcuts; the menu lists them. */
 
 import { PALETTES } from "./domain/colours";
 import { RANGE_SCALES_NM, stepThrough, VECTOR_MINUTES } from "./domain/view";
@@ -6,21 +6,21 @@ import { seekTo, togglePlay } from "./components/transport";
 import type { DetailLevel } from "./settings";
 import { store } from "./store";
 
-/** What each does; and whether it is only the owner's. */
+/** Keys, what they do, and whether only an owner may use them. */
 export const SHORTCUTS: [string, string, "owner"?][] = [
-  ["Space", "play or pause", "owner"],
-  ["← →", "one minute back, on", "owner"],
-  ["↑ ↓", "select the ship above, below"],
-  ["Esc", "select no ship"],
-  ["A", "acknowledge the nearest alarm", "owner"],
-  ["+ −", "smaller, larger range"],
-  ["H N C", "head, north, course up"],
-  ["M", "relative or true motion"],
-  ["V", "true or relative vectors"],
-  ["[ ]", "shorter, longer vectors"],
-  ["1 2 3", "detail"],
-  ["P", "next palette"],
-  ["?", "menu and this list"],
+  ["Space", "Play or pause", "owner"],
+  ["← →", "One minute back, forward", "owner"],
+  ["↑ ↓", "Select the ship above, below"],
+  ["Esc", "Deselect"],
+  ["A", "Acknowledge the most urgent alarm", "owner"],
+  ["+ −", "Smaller, larger range"],
+  ["H N C", "Head, north, course up"],
+  ["M", "Relative or true motion"],
+  ["V", "True or relative vectors"],
+  ["[ ]", "Shorter, longer vectors"],
+  ["1 2 3", "Level of detail"],
+  ["P", "Next palette"],
+  ["?", "Menu"],
 ];
 
 export function handleKey(event: KeyboardEvent, openMenu: () => void): void {
@@ -77,7 +77,7 @@ const NAVIGATION_KEYS = [
   "PageDown",
 ];
 
-/** Whether the key belongs to an open dialogue or to the field, list, slider or button in focus. */
+/** Whether an open dialog or the focused field, list, slider or button uses the key itself. */
 function isKeyTaken(event: KeyboardEvent): boolean {
   const path = event.composedPath();
   const [focus, key] = [path[0], event.key];

@@ -1,18 +1,16 @@
-/** The WebSocket: reconnects by itself, notices a dead line, hands out parsed messages. */
+/** The WebSocket to the server: it reconnects, notices a dead connection and parses messages. */
 
 import type { ClientMessage, ServerMessage } from "./protocol.gen";
-
-type ConnectionState = "connecting" | "open" | "closed";
 
 const MIN_RETRY_MS = 500;
 const MAX_RETRY_MS = 8000;
 const PING_MS = 5000;
-/** A line on which nothing, not even a pong, came for so long is dead. */
+/** A connection without any message for this long, not even a pong, is dead. */
 const TIMEOUT_MS = 13000;
 
 export class ReconnectingSocket {
-  state: ConnectionState = "connecting";
-  /** When the line was opened, or lost: an outage goes on while it is tried again [ms]. */
+  state: "connecting" | "open" | "closed" = "connecting";
+  /** When the connection opened, or was lost; attempts to reconnect do not change it. */
   since_ms = performance.now();
   private socket: WebSocket | null = null;
   private retry_ms = MIN_RETRY_MS;
@@ -37,7 +35,7 @@ export class ReconnectingSocket {
     this.socket?.close();
   }
 
-  /** Whether it could be sent. */
+  /** Send a message; `false` if there is no connection. */
   send(message: ClientMessage): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
@@ -66,7 +64,7 @@ export class ReconnectingSocket {
     };
   }
 
-  /** The line is gone: say so at once and try again, ever less often. */
+  /** Report the loss at once, and reconnect after a growing delay. */
   private connectionLost(): void {
     this.socket = null;
     this.setState("closed");
@@ -83,7 +81,7 @@ export class ReconnectingSocket {
     } else this.send({ type: "ping" });
   }
 
-  private setState(state: ConnectionState): void {
+  private setState(state: typeof this.state): void {
     if (state === this.state) return;
     if (state === "open" || this.state === "open") this.since_ms = performance.now();
     this.state = state;
@@ -91,19 +89,19 @@ export class ReconnectingSocket {
   }
 }
 
-/** What the server sent, if it is one of its messages. */
+/** The message in what was received, `null` if it is none. */
 export function parseMessage(data: unknown): ServerMessage | null {
   if (typeof data !== "string") return null;
   try {
     const message: unknown = JSON.parse(data);
-    const known = typeof message === "object" && message !== null && "type" in message;
-    return known ? (message as ServerMessage) : null;
+    const typed = typeof message === "object" && message !== null && "type" in message;
+    return typed ? (message as ServerMessage) : null;
   } catch {
     return null;
   }
 }
 
-/** The socket beside this page; a token in the page's address goes with it. */
+/** The socket's address beside the page's, with the token of the page's address. */
 export function socketUrl(page: string): string {
   const url = new URL("ws", page);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";

@@ -1,13 +1,10 @@
-/** What the page knows, in one place; components read it and ask it, nothing else. */
-
-import type { ReactiveController, ReactiveControllerHost } from "lit";
+/** The state of the page in one place: components read it and call it, nothing else. */
 
 import { bandForFrame } from "./domain/certified-band";
-import { deadReckon } from "./domain/dead-reckoning";
 import { ColourRegistry } from "./domain/colours";
-import { dataAge } from "./domain/liveness";
+import { deadReckon } from "./domain/dead-reckoning";
 import { appendFrame, dropSweeps, MAX_FRAMES } from "./domain/history";
-import { liveness, type Liveness } from "./domain/liveness";
+import { dataAge, liveness, type Liveness } from "./domain/liveness";
 import {
   idsByProminence,
   largestDanger,
@@ -15,8 +12,6 @@ import {
   roundScale,
   type RankedTarget,
 } from "./domain/ranking";
-import { ReconnectingSocket, socketUrl } from "./socket";
-import { Settings } from "./settings";
 import type {
   Alarm,
   Answer,
@@ -33,39 +28,46 @@ import type {
   Target,
   WhatIf,
 } from "./protocol.gen";
+import { Settings } from "./settings";
+import { ReconnectingSocket, socketUrl } from "./socket";
 
 const NOTICE_MS = 8000;
-/** An answer to "what if" is of its instant: it goes when it is so old. */
-const WHATIF_MS = 60_000;
+/** A what-if answer belongs to its instant: it is removed when it is this old. */
+const WHAT_IF_MS = 60_000;
 
-export interface Notice {
+export interface PageNotice {
   id: number;
   text: string;
   failure: boolean;
+}
+
+/** What is rendered again when the store changes. */
+interface Subscriber {
+  requestUpdate: () => void;
 }
 
 export class Store {
   version = "";
   catalogue: Catalogue | null = null;
   limits: Bounds | null = null;
-  /** As whom the server greets this page. */
+  /** The role that the server gives this page. */
   role: Hello["role"] | null = null;
   session: Session | null = null;
-  /** What the server makes ready while the session goes on. */
+  /** What the server prepares while the session goes on. */
   preparing: string | null = null;
   frames: Frame[] = [];
   compareFrames: Frame[] = [];
+  /** The last frame with what the server derived from it; after a jump in time the frame alone. */
   current: (Partial<FrameNow> & { frame: Frame }) | null = null;
   /** The last predicted track: at high speed not every frame brings one. */
   path: [number, number][] = [];
-  /** The answer to the last "what if", until it is dismissed or old. */
+  /** The answer to the last what-if question, until it is dismissed or old. */
   whatIf: Answer | null = null;
-  /** Asked, and not answered yet. */
   awaitingWhatIf = false;
-  /** The certified band that was told last: of which frame, it says itself. */
+  /** The last certified band, of whichever frame. */
   lastBand: Banded | null = null;
   alarms: Alarm[] = [];
-  notices: Notice[] = [];
+  notices: PageNotice[] = [];
   rows: RankedTarget[] = [];
   dangerScale = 0.5;
 
@@ -75,9 +77,10 @@ export class Store {
   readonly colours = new ColourRegistry();
 
   private readonly socket: ReconnectingSocket;
-  private readonly hosts = new Set<ReactiveControllerHost>();
+  private readonly subscribers = new Set<Subscriber>();
   private frameAt_ms: number | null = null;
   private sessionAt_ms = 0;
+  /** The current frame of live traffic, dead-reckoned to now. */
   private deadReckoned: Frame | null = null;
   private scheduled = false;
   private noticeCount = 0;
@@ -86,7 +89,7 @@ export class Store {
   constructor(url = socketUrl(location.href)) {
     this.socket = new ReconnectingSocket(
       url,
-      (m) => this.receive(m),
+      (message) => this.receive(message),
       () => this.connectionChanged(),
     );
   }
@@ -97,54 +100,58 @@ export class Store {
   }
 
   send(message: ClientMessage): void {
-    if (!this.socket.send(message)) this.notify("Not sent: there is no connection", true);
+    if (!this.socket.send(message)) this.notify("Not sent: no connection", true);
   }
 
   // What is shown
 
-  /** The present frame; of live traffic as it has moved on since. */
+  /** The frame to show; that of live traffic is dead-reckoned to now. */
   get frame(): Frame | null {
     return this.deadReckoned ?? this.current?.frame ?? null;
   }
 
   get liveness(): Liveness {
+    const { state, since_ms } = this.socket;
     return liveness(
-      {
-        open: this.socket.state === "open",
-        since_s: (performance.now() - this.socket.since_ms) / 1000,
-      },
+      { open: state === "open", since_s: (performance.now() - since_ms) / 1000 },
       this.session,
       this.frameAge_s,
       this.sessionAge_s,
     );
   }
 
-  /** Seconds since the session was told, with the ages in it. */
+  /** Seconds since the last `session` message, and the ages in it. */
   private get sessionAge_s(): number {
     return (performance.now() - this.sessionAt_ms) / 1000;
   }
 
-  /** Seconds since the last frame came in, by this computer's clock. */
-  get frameAge_s(): number | null {
+  /** Seconds since the last frame arrived. */
+  private get frameAge_s(): number | null {
     return this.frameAt_ms === null ? null : (performance.now() - this.frameAt_ms) / 1000;
   }
 
-  /** Seconds since what is shown was heard: in live traffic own ship's position, else the frame. */
   get dataAge_s(): number | null {
     return dataAge(this.session, this.frameAge_s, this.sessionAge_s);
   }
 
-  /** Whether this page only looks on: what all see is the owner's to change. */
+  /** Whether this page may only look: changes that others see are the owner's. */
   get viewOnly(): boolean {
     return this.role === "viewer";
   }
 
-  /** Ids of the ships of note, in the order of their colours. */
+  get hasOpenAlarm(): boolean {
+    return this.alarms.some((alarm) => alarm.state === "unacknowledged");
+  }
+
+  /** Ids of the ships that have a colour, in the order of the colours. */
   get colouredShips(): string[] {
     return (this.frame?.targets ?? [])
-      .filter((t) => this.colours.indexOf(t.id) !== null)
-      .sort((a, b) => this.colours.indexOf(a.id)! - this.colours.indexOf(b.id)!)
-      .map((t) => t.id);
+      .flatMap(({ id }) => {
+        const index = this.colours.indexOf(id);
+        return index === null ? [] : [{ id, index }];
+      })
+      .sort((a, b) => a.index - b.index)
+      .map(({ id }) => id);
   }
 
   target(id: string | null): Target | null {
@@ -155,18 +162,19 @@ export class Store {
     return this.current?.encounters?.[id] ?? null;
   }
 
-  /** The ship that a hand or an eye is on. */
+  /** The ship that is pointed at, else the selected one. */
   get highlighted(): string | null {
     return this.hovered ?? this.selected;
   }
 
-  /** The certified band of the rudder shown, or why there is none; null while nothing is known. */
+  /** The certified band of the frame shown, or why it has none; `null` while that is unknown. */
   get band(): Banded | null {
     return bandForFrame(this.lastBand, this.current?.frame ?? null);
   }
 
-  // What the viewer does
+  // What the user does
 
+  /** Select a ship, or deselect it if it is selected. */
   select(id: string | null): void {
     this.selected = id === this.selected ? null : id;
     this.updateRanking();
@@ -179,17 +187,16 @@ export class Store {
     this.requestUpdate();
   }
 
-  /** CPA limits are the server's; they are shown as asked for until it says otherwise. */
+  /** Set the CPA limits; they are shown at once, until the server says otherwise. */
   setLimits(limits: Bounds): void {
     this.limits = limits;
     this.send({ type: "limits", ...limits });
     this.requestUpdate();
   }
 
-  /** What if she were not there, were not seen, kept her course; or the rudder were put over? */
-  askWhatIf(change: WhatIf["change"], more: { ship?: string; degrees?: number }): void {
+  askWhatIf(change: WhatIf["change"], details: { ship?: string; degrees?: number }): void {
     this.awaitingWhatIf = true;
-    this.send({ type: "whatif", change, ...more });
+    this.send({ type: "whatif", change, ...details });
     this.requestUpdate();
   }
 
@@ -199,15 +206,15 @@ export class Store {
     this.requestUpdate();
   }
 
-  dismiss(id: number): void {
-    this.notices = this.notices.filter((n) => n.id !== id);
+  dismissNotice(id: number): void {
+    this.notices = this.notices.filter((notice) => notice.id !== id);
     this.requestUpdate();
   }
 
-  notify(text: string, failure: boolean): void {
+  private notify(text: string, failure: boolean): void {
     const id = ++this.noticeCount;
     this.notices = [...this.notices.slice(-2), { id, text, failure }];
-    window.setTimeout(() => this.dismiss(id), NOTICE_MS);
+    window.setTimeout(() => this.dismissNotice(id), NOTICE_MS);
     this.requestUpdate();
   }
 
@@ -244,7 +251,7 @@ export class Store {
         this.awaitingWhatIf = false;
         this.whatIf = message;
         window.clearTimeout(this.whatIfTimer);
-        this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHATIF_MS);
+        this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHAT_IF_MS);
         break;
       case "failure":
         this.awaitingWhatIf = false;
@@ -261,25 +268,18 @@ export class Store {
 
   private newSession(session: Session): void {
     const before = this.session;
-    const other = before && (before.source !== session.source || before.mode !== session.mode);
-    if (other) this.resetVoyage();
+    if (before && (before.source !== session.source || before.mode !== session.mode)) this.reset();
     if (!session.compare) this.compareFrames = [];
     this.session = session;
     this.sessionAt_ms = performance.now();
   }
 
-  private resetVoyage(): void {
-    this.dismissWhatIf();
-    this.frames = [];
-    this.compareFrames = [];
-    this.current = this.deadReckoned = null;
-    this.lastBand = null;
-    this.path = [];
-    this.frameAt_ms = null;
+  /** Forget the voyage shown so far. */
+  private reset(): void {
+    this.newHistory([], []);
     this.alarms = [];
     this.selected = null;
     this.hovered = null;
-    this.colours.clear();
     this.rows = [];
   }
 
@@ -299,27 +299,26 @@ export class Store {
     this.updateRanking();
   }
 
-  private newFrame(instant: FrameNow): void {
-    const { frame, compare } = instant;
+  private newFrame(message: FrameNow): void {
     const before = this.frames.at(-1);
     if (before) dropSweeps(before);
-    this.frames = appendFrame(this.frames, frame);
-    if (compare) this.compareFrames = appendFrame(this.compareFrames, compare);
-    if (instant.path) this.path = instant.path;
-    this.current = instant;
+    this.frames = appendFrame(this.frames, message.frame);
+    if (message.compare) this.compareFrames = appendFrame(this.compareFrames, message.compare);
+    if (message.path) this.path = message.path;
+    this.current = message;
     this.deadReckoned = null;
     this.frameAt_ms = performance.now();
     this.updateRanking();
   }
 
   private updateRanking(): void {
-    const frame = this.frame;
+    const { frame } = this;
     if (!frame) return;
     this.dangerScale = roundScale(largestDanger(this.frames));
     this.rows = rankTargets(frame, this.alarms, this.dangerScale);
     const ids = idsByProminence(this.rows, (id) => this.colours.indexOf(id) !== null);
-    const chosen = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
-    this.colours.update(chosen, new Set(frame.targets.map((t) => t.id)));
+    const wanted = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
+    this.colours.update(wanted, new Set(ids));
   }
 
   private connectionChanged(): void {
@@ -328,7 +327,7 @@ export class Store {
     this.requestUpdate();
   }
 
-  /** Once a second: ages grow, and live traffic goes on until the next frame. */
+  /** Once a second: ages grow, and live traffic is dead-reckoned until the next frame. */
   private tick(): void {
     const [frame, age_s] = [this.current?.frame, this.frameAge_s];
     if (this.liveness.state === "live" && frame && age_s !== null) {
@@ -338,44 +337,26 @@ export class Store {
     this.requestUpdate();
   }
 
-  // Who listens
+  // Who is told of changes
 
-  add(host: ReactiveControllerHost): void {
-    this.hosts.add(host);
+  subscribe(subscriber: Subscriber): void {
+    this.subscribers.add(subscriber);
   }
 
-  remove(host: ReactiveControllerHost): void {
-    this.hosts.delete(host);
+  unsubscribe(subscriber: Subscriber): void {
+    this.subscribers.delete(subscriber);
   }
 
-  /** Redraw all once, with the next picture of the screen. */
-  requestUpdate(): void {
+  /** Render all subscribers again, once for all changes of the present task. */
+  private requestUpdate(): void {
     if (this.scheduled) return;
     this.scheduled = true;
     queueMicrotask(() => {
       this.scheduled = false;
-      for (const host of this.hosts) host.requestUpdate();
+      for (const subscriber of this.subscribers) subscriber.requestUpdate();
     });
   }
 }
 
-/** Binds a component to the store: it is drawn anew whenever something changes. */
-export class StoreController implements ReactiveController {
-  constructor(
-    private readonly host: ReactiveControllerHost,
-    private readonly store: Store,
-  ) {
-    host.addController(this);
-  }
-
-  hostConnected(): void {
-    this.store.add(this.host);
-  }
-
-  hostDisconnected(): void {
-    this.store.remove(this.host);
-  }
-}
-
-/** The one store of this page. */
+/** The store of this page. */
 export const store = new Store();

@@ -18,9 +18,7 @@ describe("stale data is never shown as live", () => {
   it("when a live source is silent or gone", () => {
     const live = session({ mode: "live", connected: true, heard_s: 2, own_s: 2 });
     expect(liveness(open, live, 1, 1).state).toBe("live");
-    expect(liveness(open, live, MAX_DATA_AGE_S, MAX_DATA_AGE_S).text).toBe(
-      "No data for 32 s",
-    );
+    expect(liveness(open, live, MAX_DATA_AGE_S, MAX_DATA_AGE_S).text).toBe("No data for 32 s");
     expect(liveness(open, { ...live, heard_s: MAX_DATA_AGE_S + 1 }, 0, 0).state).toBe("stale");
     expect(liveness(open, { ...live, heard_s: null, own_s: null }, 31, 1).state).toBe("stale");
     expect(liveness(open, { ...live, connected: false }, 0, 0).state).toBe("stale");

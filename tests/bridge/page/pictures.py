@@ -32,7 +32,7 @@ def photographed(server: Server) -> None:
             kept = json.dumps(json.dumps({"level": 2, "palette": palette}))
             page.add_init_script(f"localStorage.setItem('glasshelm', {kept})")
             page.goto(server.url)
-            page.wait_for_selector("gh-why gh-plot canvas")
+            page.wait_for_selector("gh-explanation gh-plot canvas")
             page.wait_for_timeout(1000)
             page.wait_for_function("performance.now() % 1000 < 100")  # flashing things are bright
             page.screenshot(path=IMAGES / f"{name}.png")

@@ -18,7 +18,7 @@ from tests.bridge.page.conftest import (
 )
 
 Visit = Callable[..., Any]
-BRACKET = "gh-advice path.band"
+BRACKET = "gh-advice path.bracket"
 WITHIN = "while errors stay within 10 m, 0.5°, 0.1 kn"
 
 
@@ -63,7 +63,7 @@ def test_the_advised_rudder_lies_within_the_bracket(server: Server, look: Visit)
     sure = "amidships" if midships else f"to {'starboard' if order > 0 else 'port'}"
     words_of_it = f"certain: {sure}|{'amidships' if midships else 'side'} not certain"
     # No more than this at first.
-    wait_for_words(page, "gh-advice .certain", f"(?i)^({words_of_it})$")
+    wait_for_words(page, "gh-advice .band-text", f"(?i)^({words_of_it})$")
 
 
 def test_deeper_levels_say_between_which_rudders_and_for_which_errors(
@@ -71,8 +71,8 @@ def test_deeper_levels_say_between_which_rudders_and_for_which_errors(
 ) -> None:
     begin(server, "paper-sum")
     page = look(server, level=2)
-    wait_for_words(page, "gh-advice .certain", WITHIN, PATIENCE_S)
-    said = words(page, "gh-advice .certain")
+    wait_for_words(page, "gh-advice .band-text", WITHIN, PATIENCE_S)
+    said = words(page, "gh-advice .band-text")
     found = re.search(r"between ([\d.]+)°(?: to (\w+))? and ([\d.]+)° to (\w+)", said)
     assert found or "any rudder is possible" in said
     if found:

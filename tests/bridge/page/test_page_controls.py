@@ -227,7 +227,7 @@ def test_alarms_are_acknowledged_all_at_once_and_lead_to_their_ships(
     strip = page.locator("gh-alarm-strip")
     wait_for_words(page, "gh-alarm-strip", f"and {len(alarms) - 2} more")
     soonest = min(alarms, key=lambda alarm: alarm["tcpa_s"])
-    strip.locator("button.cause").first.click()
+    strip.locator("button.alarm-text").first.click()
     page.mouse.move(5, 5)
     wait_for_marked(page, "selected", soonest["target"])
     becomes(page.locator("gh-target-list tr.unacknowledged").count, len(alarms))

@@ -98,8 +98,8 @@ def test_ships_that_the_alarms_name_have_a_number_and_a_row(
     rows = page.locator("gh-target-list tbody tr")
     becomes(lambda: rows.first.get_attribute("data-id"), alarms[0]["target"])
     becomes(page.locator("gh-target-list tbody tr.alarm").count, 6)
-    named = page.locator("gh-alarm-strip li:not(.more):not(.all) .chip").all_inner_texts()
-    assert named == page.locator("gh-target-list tbody .chip").all_inner_texts()[: len(named)]
+    named = page.locator("gh-alarm-strip li:not(.more):not(.all) .badge").all_inner_texts()
+    assert named == page.locator("gh-target-list tbody .badge").all_inner_texts()[: len(named)]
     assert all(named)
 
 

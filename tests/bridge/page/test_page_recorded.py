@@ -33,10 +33,12 @@ def test_advice_is_called_advice_and_time_is_utc(server: Server, look: Visit) ->
 def test_what_lies_outside_the_training_is_flagged(server: Server, look: Visit) -> None:
     outside = server.shown()["frame"]["frame"]["outside"]
     page = look(server)
-    wait_for_words(page, "gh-outside p", f"Outside the pilot's training: {re.escape(outside[0])}")
+    wait_for_words(
+        page, "gh-envelope-warning p", f"Outside the pilot's training: {re.escape(outside[0])}"
+    )
     page.keyboard.press("3")
     for line in outside:
-        wait_for_words(page, "gh-outside p", re.escape(line))
+        wait_for_words(page, "gh-envelope-warning p", re.escape(line))
 
 
 def test_list_is_small_until_asked_and_ages_are_told(server: Server, look: Visit) -> None:
@@ -55,7 +57,7 @@ def test_list_is_small_until_asked_and_ages_are_told(server: Server, look: Visit
 
 def chips(page: Any, part: str) -> list[tuple[str, str]]:
     """The numbers of ships in a part of the page, each with its colour."""
-    told = page.locator(f"{part} .chip").evaluate_all(
+    told = page.locator(f"{part} .badge").evaluate_all(
         "all => all.map(e => [e.textContent.trim(), getComputedStyle(e).backgroundColor])"
     )
     return sorted((number, colour) for number, colour in told if number)
@@ -65,8 +67,8 @@ def test_colours_are_one_a_ship(server: Server, look: Visit) -> None:
     """Six ships of note, six numbers, none twice; the same in list and plots."""
     page = look(server, level=3)
     becomes(lambda: [number for number, _ in chips(page, "gh-target-list")], list("123456"))
-    plot = "gh-why article:first-child"
-    page.locator(f"{plot} .chip").first.wait_for()
+    plot = "gh-explanation article:first-child"
+    page.locator(f"{plot} .badge").first.wait_for()
     until(lambda: set(chips(page, plot)) <= set(chips(page, "gh-target-list")))
 
 
@@ -86,8 +88,10 @@ def cut_off(page: Any, width: int, height: int) -> list[str]:
             return rows.filter(row => row.getBoundingClientRect().bottom <= room.bottom + 1).length;
         }"""
     )
-    plots = page.locator("gh-why gh-plot").evaluate_all("all => all.map(e => e.clientHeight)")
-    titles = page.locator("gh-why article header").evaluate_all(
+    plots = page.locator("gh-explanation gh-plot").evaluate_all(
+        "all => all.map(e => e.clientHeight)"
+    )
+    titles = page.locator("gh-explanation article header").evaluate_all(
         "all => all.filter(e => e.scrollWidth > e.clientWidth).map(e => e.textContent)"
     )
     found = {

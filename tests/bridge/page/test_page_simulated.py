@@ -102,7 +102,7 @@ def test_four_ships_and_their_plots_fit_without_scrolling(server: Server, look: 
         return [part for part in parts if page.locator(part).evaluate(more) > 1]
 
     becomes(hidden, [])
-    plots = page.locator("gh-why gh-plot")
+    plots = page.locator("gh-explanation gh-plot")
     becomes(plots.count, 2)
     until(lambda: all(plot.bounding_box()["height"] > 80 for plot in plots.all()))
 
@@ -129,8 +129,8 @@ def test_ship_lights_up_everywhere(server: Server, look: Visit) -> None:
     row = page.locator("gh-target-list tr", has_text=mentioned.inner_text())
     row.hover()
     until(lambda: is_(row, "hovered"))
-    until(lambda: is_(mentioned, "lit"))
-    page.locator("gh-why li.lit").first.wait_for()
+    until(lambda: is_(mentioned, "highlighted"))
+    page.locator("gh-explanation li.highlighted").first.wait_for()
     other_canvas(page, before)
     row.click()
     page.mouse.move(5, 5)
@@ -231,8 +231,8 @@ def test_keyboard_does_what_the_menu_says(server: Server, look: Visit) -> None:
 
 def test_detail_is_small_at_first_and_grows(server: Server, look: Visit) -> None:
     page = look(server)
-    plots = page.locator("gh-why gh-plot")
-    becomes(page.locator("gh-why").count, 0)
+    plots = page.locator("gh-explanation gh-plot")
+    becomes(page.locator("gh-explanation").count, 0)
     page.keyboard.press("2")
     becomes(plots.count, 2)
     page.keyboard.press("3")
@@ -245,10 +245,10 @@ def test_detail_is_small_at_first_and_grows(server: Server, look: Visit) -> None
 def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
     """The late viewer's plots reach from the start to now, and a click goes to that time."""
     page = look(server, level=2)
-    plot = page.locator("gh-why gh-plot").nth(1).locator(".u-over")
+    plot = page.locator("gh-explanation gh-plot").nth(1).locator(".u-over")
     plot.wait_for()
     times = page.evaluate("""() => {
-        const why = document.querySelector('gh-app').shadowRoot.querySelector('gh-why');
+        const why = document.querySelector('gh-app').shadowRoot.querySelector('gh-explanation');
         return [...why.shadowRoot.querySelectorAll('gh-plot')][1].spec.data[0];
     }""")
     assert times[0] == 0
@@ -262,13 +262,13 @@ def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
 def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) -> None:
     page = look(server, level=2)
     lit = page.locator("gh-target-list tr.hovered")
-    legend = page.locator("gh-why article").first.locator("li[title]").first
+    legend = page.locator("gh-explanation article").first.locator("li[title]").first
     legend.hover()
     ship = legend.get_attribute("title").removeprefix("ship ")
     becomes(lambda: lit.get_attribute("data-id"), ship)
     page.mouse.move(5, 5)
     becomes(lit.count, 0)
-    plot = page.locator("gh-why gh-plot").nth(1)
+    plot = page.locator("gh-explanation gh-plot").nth(1)
     plot.locator(".u-over").wait_for()
     at = plot.evaluate("""e => {
         const u = e.plot, k = Math.round(u.data[0].length * 0.7);
@@ -373,7 +373,7 @@ def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
     becomes(page.locator("gh-comparison table").count, 0)
     wait_for_words(page, "gh-advice", "Midships")
     page.keyboard.press("2")
-    wait_for_words(page, "gh-why", "no critic")
+    wait_for_words(page, "gh-explanation", "no critic")
 
 
 def test_menu_opens_encounters_and_replays_logs(server: Server, look: Visit) -> None:

@@ -19,7 +19,7 @@ def test_page_says_so_when_the_server_dies_and_comes_back_by_itself(
     server = serve("imazu:5")
     page = look(server)
     wait_for_words(page, "gh-top-bar", "Playing")
-    becomes(page.locator("gh-plan .stale-word").count, 0)
+    becomes(page.locator("gh-plan .stale-banner").count, 0)
     server.ask({"type": "limits", "dcpa_m": 18520.0, "tcpa_s": 3600.0})
     page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
     server.kill()
@@ -41,7 +41,7 @@ def test_page_says_so_when_the_server_dies_and_comes_back_by_itself(
     page.wait_for_function("window.sounded")  # nobody has acknowledged it
     server.start()
     wait_for_words(page, "gh-top-bar", "Playing", PATIENCE_S)
-    becomes(page.locator("gh-plan .stale-word").count, 0)
+    becomes(page.locator("gh-plan .stale-banner").count, 0)
     wait_for_words(page, "gh-top-bar", "Imazu case 5")
 
 
@@ -108,6 +108,6 @@ def test_live_traffic_is_live_only_while_it_is_heard(
         wait_for_words(page, "gh-plan", "NOT LIVE")
         receiver.plug()
         wait_for_words(page, "gh-top-bar .state", "^Live$", PATIENCE_S)
-        becomes(page.locator("gh-plan .stale-word").count, 0)
+        becomes(page.locator("gh-plan .stale-banner").count, 0)
     finally:
         receiver.unplug()

@@ -61,8 +61,8 @@ def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
     for key in (" ", "ArrowLeft", "ArrowRight", "a"):
         page.keyboard.press(key)
     if level > 1:
-        page.locator("gh-why gh-plot .u-over").first.wait_for()
-    for plot in page.locator("gh-why gh-plot .u-over").all():
+        page.locator("gh-explanation gh-plot .u-over").first.wait_for()
+    for plot in page.locator("gh-explanation gh-plot .u-over").all():
         plot.click(force=True)
     page.keyboard.press("?")
     menu = page.locator("gh-menu dialog")

@@ -1,6 +1,6 @@
 /** The decision: commanded rudder against the actual one, who steers, how old it is. */
 
-import { css, html, LitElement, nothing, svg } from "lit";
+import { css, html, nothing, svg } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { isHeadingKnown } from "../domain/own-motion";
@@ -13,8 +13,9 @@ import {
   rudderOrder,
   formatKnots,
 } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import type { Banded, Frame } from "../protocol.gen";
 import { bandBracket, bandStyle, bandText } from "./band-bracket";
 
@@ -24,7 +25,7 @@ const HEIGHT = 82;
 const BAR = 44;
 
 @customElement("gh-advice")
-export class Advice extends LitElement {
+export class Advice extends StoreElement {
   static override styles = [
     shared,
     bandStyle,
@@ -61,14 +62,14 @@ export class Advice extends LitElement {
       .stale .side,
       .stale .angle {
         text-decoration: line-through;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
       }
       svg {
         display: block;
         width: 100%;
         height: 82px;
       }
-      .hill {
+      .value-curve {
         fill: var(--gh-track);
         stroke: var(--gh-ring-text);
         stroke-width: 1;
@@ -82,7 +83,7 @@ export class Advice extends LitElement {
       }
       dt {
         font-size: 11px;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
       }
       dd {
         margin: 0;
@@ -91,7 +92,7 @@ export class Advice extends LitElement {
       }
       text {
         font-size: 11px;
-        fill: var(--gh-soft);
+        fill: var(--gh-muted);
       }
       .line {
         stroke: var(--gh-ring-text);
@@ -103,11 +104,6 @@ export class Advice extends LitElement {
   ];
 
   private readonly sizes = new ResizeObserver(() => this.requestUpdate());
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -123,7 +119,7 @@ export class Advice extends LitElement {
     const frame = store.frame;
     if (!frame)
       return html`<h2>Rudder advice</h2>
-        <p class="soft">${store.liveness.text}</p>`;
+        <p class="muted">${store.liveness.text}</p>`;
     const stale = store.liveness.state === "stale";
     const decision = frame.decision ?? null;
     const ground = !isHeadingKnown(frame);
@@ -132,14 +128,14 @@ export class Advice extends LitElement {
     return html`
       <header>
         <h2>Rudder ${decision?.applied === false ? "advice" : "order"}</h2>
-        <span class="mode soft">${this.mode(frame, stale)}</span>
+        <span class="mode muted">${this.mode(frame, stale)}</span>
       </header>
       <div class=${stale ? "order stale" : "order"} role="status" aria-label="Rudder advice">
         ${
           words
             ? html`<span class="side">${words.side}</span
                 ><span class="angle number">${words.angle}</span>`
-            : html`<span class="side soft">No advice</span>`
+            : html`<span class="side muted">No advice</span>`
         }
       </div>
       ${gauge(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
@@ -208,7 +204,7 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
           : svg`
         <rect x=${Math.min(x(0), x(actual))} y=${BAR} width=${Math.abs(x(actual) - x(0))} height="12"
           class="fill" />
-        <rect x=${x(actual) - 1.5} y=${BAR - 3} width="3" height="18" fill="var(--gh-ink)" />`
+        <rect x=${x(actual) - 1.5} y=${BAR - 3} width="3" height="18" fill="var(--gh-text)" />`
       }
       ${marks.map(
         (deg) => svg`
@@ -233,7 +229,7 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
         order == null
           ? nothing
           : svg`
-        <path class="order-mark" d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-ink)" />`
+        <path class="order-mark" d="M${x(order)} ${BAR} l-9 -16 h18 z" fill="var(--gh-accent)" stroke="var(--gh-text)" />`
       }
     </svg>
   `;
@@ -250,6 +246,6 @@ function hill(frame: Frame, x: (rad: number) => number) {
   const edge = total.map((v, k) => `${x(sweep.rudder_rad[k]!).toFixed(1)} ${up(v).toFixed(1)}`);
   const first = x(sweep.rudder_rad[0]!).toFixed(1);
   const last = x(sweep.rudder_rad.at(-1)!).toFixed(1);
-  return svg`<path class="hill" d="M${first} ${BAR} L${edge.join(" L")} L${last} ${BAR} Z">
+  return svg`<path class="value-curve" d="M${first} ${BAR} L${edge.join(" L")} L${last} ${BAR} Z">
     <title>Worth of each rudder to the critic</title></path>`;
 }

@@ -3,14 +3,15 @@
  * the server without the AI), that there are none, or that nobody watches; and what this page is not.
  */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { compareAlarms, MAX_NAMED_ALARMS } from "../domain/ranking";
 import { formatDuration, formatMiles, shortName } from "../domain/units";
 import { cpaWatch } from "../domain/cpa-watch";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import { shipBadge } from "./ship-badge";
 import type { Alarm } from "../protocol.gen";
 
@@ -18,7 +19,7 @@ import type { Alarm } from "../protocol.gen";
 const N_NAMED_WHEN_MANY = 2;
 
 @customElement("gh-alarm-strip")
-export class AlarmStrip extends LitElement {
+export class AlarmStrip extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -41,7 +42,7 @@ export class AlarmStrip extends LitElement {
         list-style: none;
       }
       .advisory,
-      .unwatched {
+      .inactive {
         flex: none;
         font-weight: 600;
         color: var(--gh-on-warn);
@@ -55,7 +56,7 @@ export class AlarmStrip extends LitElement {
         gap: 8px;
         border-radius: 4px;
         border: 2px solid var(--gh-alarm);
-        color: var(--gh-ink);
+        color: var(--gh-text);
         padding: 2px 3px 2px 10px;
         font-weight: 600;
       }
@@ -78,9 +79,9 @@ export class AlarmStrip extends LitElement {
       }
       li button {
         background: var(--gh-panel);
-        color: var(--gh-ink);
+        color: var(--gh-text);
       }
-      .cause {
+      .alarm-text {
         background: none;
         border: 0;
         padding: 0;
@@ -94,11 +95,6 @@ export class AlarmStrip extends LitElement {
     `,
   ];
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override render() {
     const alarms = [...store.alarms].sort(compareAlarms);
     const open = alarms.filter((a) => a.state === "unacknowledged");
@@ -106,7 +102,7 @@ export class AlarmStrip extends LitElement {
     const more = alarms.length - told;
     const none = cpaWatch(store.liveness, store.limits);
     return html`
-      ${alarms.length ? nothing : html`<span class=${none.active ? "soft" : "unwatched"}>${none.text}</span>`}
+      ${alarms.length ? nothing : html`<span class=${none.active ? "muted" : "inactive"}>${none.text}</span>`}
       <ul aria-label="CPA alarms">
         ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
         ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
@@ -128,7 +124,7 @@ export class AlarmStrip extends LitElement {
     return html`
       <li class="${alarm.state} ${store.viewOnly ? "view-only" : ""}" title=${alarm.cause}>
         ${store.colours.indexOf(alarm.target) === null ? nothing : shipBadge(alarm.target)}
-        <button class="cause number" @click=${() => store.select(alarm.target)}>
+        <button class="alarm-text number" @click=${() => store.select(alarm.target)}>
           CPA ${shortName(alarm.name)} ${formatMiles(alarm.dcpa_m)} NM in
           ${formatDuration(alarm.tcpa_s)}
         </button>

@@ -13,37 +13,37 @@ const LEAST = 14;
 const [ABOVE, BELOW, HOOK] = [4, 16, 4];
 
 export const bandStyle = css`
-  .band {
+  .bracket {
     fill: none;
-    stroke: var(--gh-ink);
+    stroke: var(--gh-text);
     stroke-width: 2;
   }
-  .span {
+  .band-fill {
     fill: var(--gh-path);
     opacity: 0.55;
   }
-  .certain {
+  .band-text {
     margin: 2px 0 0;
     font-size: 12px;
     line-height: 1.35;
     text-wrap: pretty;
   }
-  .certain strong::first-letter {
+  .band-text strong::first-letter {
     text-transform: uppercase;
   }
-  .certain strong {
+  .band-text strong {
     display: block;
     font-weight: 600;
   }
-  .certain.unseen {
+  .band-text.placeholder {
     visibility: hidden;
   }
-  .certain,
-  .certain.unsure strong {
-    color: var(--gh-soft);
+  .band-text,
+  .band-text.uncertain strong {
+    color: var(--gh-muted);
   }
-  .certain strong {
-    color: var(--gh-ink);
+  .band-text strong {
+    color: var(--gh-text);
   }
 `;
 
@@ -53,8 +53,8 @@ export function bandBracket(told: Banded | null, x: (rad: number) => number, top
   const [low, high] = bracketEnds(told.band, x, LEAST);
   const [up, down] = [top - ABOVE, top + BELOW];
   return svg`
-    <rect class="span" x=${low} y=${top} width=${high - low} height="12" />
-    <path class="band" d="M${low + HOOK} ${up} h-${HOOK} V${down} h${HOOK}
+    <rect class="band-fill" x=${low} y=${top} width=${high - low} height="12" />
+    <path class="bracket" d="M${low + HOOK} ${up} h-${HOOK} V${down} h${HOOK}
       M${high - HOOK} ${up} h${HOOK} V${down} h-${HOOK}">
       <title>${told.full}</title></path>`;
 }
@@ -65,10 +65,14 @@ export function bandBracket(told: Banded | null, x: (rad: number) => number, top
  * `last` one holds its place, unseen.
  */
 export function bandText(told: Banded | null, last: Banded | null, level: DetailLevel) {
-  if (told && !told.band) return level > 2 ? html`<p class="certain">${told.full}</p>` : nothing;
+  if (told && !told.band) return level > 2 ? html`<p class="band-text">${told.full}</p>` : nothing;
   const shown = told ?? last;
   if (!shown?.band) return nothing;
-  const kind = { certain: true, unsure: !shown.short.startsWith("certain"), unseen: !told };
+  const kind = {
+    "band-text": true,
+    uncertain: !shown.short.startsWith("certain"),
+    placeholder: !told,
+  };
   return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${told ? nothing : "true"}>
     <strong>${shown.short}</strong>${level > 1 ? shown.full : nothing}
   </p>`;

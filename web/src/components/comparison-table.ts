@@ -1,15 +1,16 @@
 /** Two pilots in the same encounter, side by side. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { compareVoyages, type VoyageSummary } from "../domain/voyage-summary";
 import { formatAge, degrees, formatMiles, formatRudder, shortName } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 
 @customElement("gh-comparison")
-export class Comparison extends LitElement {
+export class Comparison extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -33,7 +34,7 @@ export class Comparison extends LitElement {
       }
       thead th {
         font-size: 11px;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
       }
       th:first-child {
         text-align: left;
@@ -48,11 +49,6 @@ export class Comparison extends LitElement {
       }
     `,
   ];
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   override render() {
     if (!store.session?.compare) return nothing;
@@ -76,7 +72,7 @@ export class Comparison extends LitElement {
                 ${row(both[0], "mine")} ${row(both[1], "other")}
               </tbody>
             </table>`
-          : html`<p class="soft">Waiting for ${store.session.compare}.</p>`
+          : html`<p class="muted">Waiting for ${store.session.compare}.</p>`
       }
     `;
   }

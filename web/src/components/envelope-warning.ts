@@ -1,13 +1,14 @@
 /** What of the situation lies outside the pilot's training: there its advice is worth less. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 
-@customElement("gh-outside")
-export class EnvelopeWarning extends LitElement {
+@customElement("gh-envelope-warning")
+export class EnvelopeWarning extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -20,11 +21,6 @@ export class EnvelopeWarning extends LitElement {
       }
     `,
   ];
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   override render() {
     const outside = store.frame?.outside ?? [];

@@ -1,6 +1,6 @@
 /** Why: the worth of every rudder, who moves it, and the paper's explanations over time. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { criticDanger } from "../domain/ranking";
@@ -13,8 +13,9 @@ import {
 } from "../domain/series";
 import { degrees } from "../domain/units";
 import { planColours, type PlanColours } from "../plan/plan-colours";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import type { Frame, Target } from "../protocol.gen";
 import { shipBadge } from "./ship-badge";
 import "./line-plot";
@@ -34,8 +35,8 @@ interface PlotCard {
   overTime: boolean;
 }
 
-@customElement("gh-why")
-export class ExplanationPanel extends LitElement {
+@customElement("gh-explanation")
+export class ExplanationPanel extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -93,10 +94,10 @@ export class ExplanationPanel extends LitElement {
         white-space: nowrap;
         cursor: default;
       }
-      li.lit {
+      li.highlighted {
         font-weight: 700;
       }
-      li .chip {
+      li .badge {
         width: 15px;
         height: 15px;
         font-size: 10px;
@@ -122,11 +123,6 @@ export class ExplanationPanel extends LitElement {
     `,
   ];
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override render() {
     const frame = store.frame;
     const { level, palette } = store.settings.values;
@@ -151,7 +147,7 @@ export class ExplanationPanel extends LitElement {
       );
     const shown = cards.filter((card) => card !== null);
     if (!shown.length)
-      return html`<p class="none soft">This pilot has no critic: it gives no values.</p>`;
+      return html`<p class="none muted">This pilot has no critic: it gives no values.</p>`;
     return html`<div class="cards ${shown.length > 2 ? "many" : ""}">
       ${shown.map((card) => this.card(card, look))}
     </div>`;
@@ -162,7 +158,7 @@ export class ExplanationPanel extends LitElement {
       <article>
         <header title=${card.more ?? card.hint}>
           <h2>${card.title}</h2>
-          <span class="soft">${card.hint}</span>
+          <span class="muted">${card.hint}</span>
         </header>
         <ul>
           ${card.spec.lines.map((line) => this.legend(line))}
@@ -170,7 +166,7 @@ export class ExplanationPanel extends LitElement {
         <gh-plot
           .spec=${card.spec}
           .inks=${look}
-          .lit=${store.highlighted}
+          .highlighted=${store.highlighted}
           .name=${`${card.title}: ${card.more ?? card.hint}`}
           @point=${(e: CustomEvent<string | null>) => store.hover(isShip(e.detail) ? e.detail : null)}
           @pick=${card.overTime ? this.seek : nothing}
@@ -185,7 +181,7 @@ export class ExplanationPanel extends LitElement {
         <i class=${line.dash ? "dashed" : ""} style="color: ${line.colour}"></i>${line.label}
       </li>`;
     return html`<li
-      class=${line.id === store.highlighted ? "lit" : ""}
+      class=${line.id === store.highlighted ? "highlighted" : ""}
       title=${line.label}
       @mouseenter=${() => store.hover(line.id)}
       @mouseleave=${() => store.hover(null)}

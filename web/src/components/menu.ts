@@ -1,12 +1,13 @@
 /** The menu: what to sail and who steers or advises, comparing, replaying, CPA limits, keys. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 
 import { SHORTCUTS } from "../shortcuts";
 import { milesToMetres, metresToMiles } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import type { Source } from "../protocol.gen";
 import { VIEW_ONLY } from "./top-bar";
 
@@ -17,7 +18,7 @@ const KINDS: [Source["kind"], string][] = [
 ];
 
 @customElement("gh-menu")
-export class Menu extends LitElement {
+export class Menu extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -25,7 +26,7 @@ export class Menu extends LitElement {
         width: min(920px, 94vw);
         max-height: 90vh;
         padding: 0;
-        color: var(--gh-ink);
+        color: var(--gh-text);
         background: var(--gh-panel);
         border: 1px solid var(--gh-line);
         border-radius: 6px;
@@ -90,7 +91,7 @@ export class Menu extends LitElement {
       dd {
         margin: 0;
       }
-      .go {
+      .primary {
         background: var(--gh-accent);
         color: var(--gh-on-accent);
         border-color: var(--gh-accent);
@@ -105,11 +106,6 @@ export class Menu extends LitElement {
   @query("dialog") private dialog!: HTMLDialogElement;
   @state() private source = "";
   @state() private pilot = "";
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   open(): void {
     this.source = store.session?.source ?? store.catalogue?.scenarios[0]?.source ?? "";
@@ -180,7 +176,7 @@ export class Menu extends LitElement {
             </select>
           </label>
           <button
-            class="go"
+            class="primary"
             id="open"
             ?disabled=${!this.source.trim()}
             @click=${this.openEncounter}
@@ -262,9 +258,9 @@ export class Menu extends LitElement {
                     )}
                   </select>
                 </label>
-                <button id="replay" class="go" @click=${this.replay}>Replay</button>
+                <button id="replay" class="primary" @click=${this.replay}>Replay</button>
               </div>`
-            : html`<p class="soft">No voyage has been recorded yet.</p>`
+            : html`<p class="muted">No voyage has been recorded yet.</p>`
         }
       </section>
     `;
@@ -281,7 +277,7 @@ export class Menu extends LitElement {
     return html`
       <section aria-label="CPA alarm">
         <h2>CPA alarm</h2>
-        <p class="soft">Raised when both are undercut, whatever the pilot thinks.</p>
+        <p class="muted">Raised when both are undercut, whatever the pilot thinks.</p>
         <form class="row" @submit=${this.setLimits}>
           <label
             >CPA [NM]
@@ -356,7 +352,7 @@ export class Menu extends LitElement {
           <dt>Glasshelm</dt>
           <dd>${store.version || "–"}</dd>
         </dl>
-        ${session?.notes.map((note) => html`<p class="soft">${note}</p>`)}
+        ${session?.notes.map((note) => html`<p class="muted">${note}</p>`)}
       </section>
     `;
   }

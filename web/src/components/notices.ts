@@ -1,13 +1,14 @@
-/** Plain lines from the server, one under the other; they go by themselves. */
+/** Notices and failures, which disappear by themselves. */
 
-import { css, html, LitElement } from "lit";
+import { css, html } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 
 @customElement("gh-notices")
-export class Notices extends LitElement {
+export class Notices extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -27,7 +28,7 @@ export class Notices extends LitElement {
         justify-content: space-between;
         padding: 6px 8px 6px 12px;
         border-radius: 4px;
-        border: 1px solid var(--gh-soft);
+        border: 1px solid var(--gh-muted);
         background: var(--gh-panel);
       }
       .failure {
@@ -37,17 +38,12 @@ export class Notices extends LitElement {
     `,
   ];
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override render() {
     return store.notices.map(
       (notice) => html`
         <div class=${notice.failure ? "failure" : ""}>
           <span>${notice.text}</span>
-          <button @click=${() => store.dismiss(notice.id)}>Close</button>
+          <button @click=${() => store.dismissNotice(notice.id)}>Close</button>
         </div>
       `,
     );

@@ -1,6 +1,6 @@
 /** Mode, scale, vectors, trails and stabilisation of the plan display: shown always, set here. */
 
-import { css, html, LitElement } from "lit";
+import { css, html } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import {
@@ -11,8 +11,9 @@ import {
   VECTOR_MINUTES,
   type Orientation,
 } from "../domain/view";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 
 const ORIENTATIONS: [Orientation, string, string][] = [
   ["head-up", "H UP", "Head up (H)"],
@@ -21,7 +22,7 @@ const ORIENTATIONS: [Orientation, string, string][] = [
 ];
 
 @customElement("gh-plan-bar")
-export class PlanBar extends LitElement {
+export class PlanBar extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -61,7 +62,7 @@ export class PlanBar extends LitElement {
         display: block;
         font-weight: 500;
         font-size: 10.5px;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
       }
       .step {
         width: 27px;
@@ -71,11 +72,6 @@ export class PlanBar extends LitElement {
       }
     `,
   ];
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   override render() {
     const { orientation, motion, vectors, range_nm, vector_min, trail_min } = store.settings.values;
@@ -102,7 +98,7 @@ export class PlanBar extends LitElement {
           +
         </button>
       </span>
-      <span class="group" role="group" aria-label="Orientation">
+      <span class="button-group" role="group" aria-label="Orientation">
         ${ORIENTATIONS.map(
           ([value, label, title]) =>
             html`<button
@@ -114,7 +110,7 @@ export class PlanBar extends LitElement {
             </button>`,
         )}
       </span>
-      <span class="group" role="group" aria-label="Motion">
+      <span class="button-group" role="group" aria-label="Motion">
         <button
           title="Relative motion (M)"
           aria-pressed=${motion === "relative"}
@@ -131,8 +127,8 @@ export class PlanBar extends LitElement {
         </button>
       </span>
       <span class="set">
-        <span class="soft">Vectors</span>
-        <span class="group" role="group" aria-label="Vectors">
+        <span class="muted">Vectors</span>
+        <span class="button-group" role="group" aria-label="Vectors">
           <button
             title="True vectors (V)"
             aria-pressed=${vectors === "true"}
@@ -157,7 +153,7 @@ export class PlanBar extends LitElement {
         </select>
       </span>
       <label>
-        <span class="soft">Trails ${motion === "relative" ? "R" : "T"}</span>
+        <span class="muted">Trails ${motion === "relative" ? "R" : "T"}</span>
         <select
           aria-label="Trail time"
           .value=${String(trail_min)}
@@ -171,7 +167,7 @@ export class PlanBar extends LitElement {
           )}
         </select>
       </label>
-      <span class="soft" title="Courses and speeds are over ground">GND STAB</span>
+      <span class="muted" title="Courses and speeds are over ground">GND STAB</span>
     `;
   }
 

@@ -1,16 +1,17 @@
 /** One sentence: what the pilot does, why, and what comes next. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { splitAtNames } from "../domain/name-split";
 import { shortName } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import { badgeColour } from "./ship-badge";
 
 @customElement("gh-sentence")
-export class SentencePanel extends LitElement {
+export class SentencePanel extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -39,7 +40,7 @@ export class SentencePanel extends LitElement {
       }
       .next {
         margin-top: 4px;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
       }
       .ship {
         font-weight: 600;
@@ -47,16 +48,11 @@ export class SentencePanel extends LitElement {
         cursor: pointer;
         white-space: nowrap;
       }
-      .ship.lit {
+      .ship.highlighted {
         background: color-mix(in srgb, var(--ship) 25%, var(--gh-panel));
       }
     `,
   ];
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   override render() {
     const sentence = store.current?.sentence;
@@ -72,7 +68,7 @@ export class SentencePanel extends LitElement {
                 ${sentence.next ? html`<p class="next">${this.withShipNames(sentence.next)}</p>` : nothing}
               </div>
             `
-          : html`<p class="soft">This pilot gives no reasons.</p>`
+          : html`<p class="muted">This pilot gives no reasons.</p>`
       }
     `;
   }
@@ -84,7 +80,7 @@ export class SentencePanel extends LitElement {
       const id = names.get(part);
       if (id === undefined) return part;
       return html`<span
-        class="ship ${id === store.highlighted ? "lit" : ""}"
+        class="ship ${id === store.highlighted ? "highlighted" : ""}"
         style="--ship: ${badgeColour(id) ?? "var(--gh-other)"}"
         @mouseenter=${() => store.hover(id)}
         @mouseleave=${() => store.hover(null)}

@@ -14,7 +14,7 @@ export function badgeColour(id: string): string | null {
 export function shipBadge(id: string): TemplateResult {
   const place = store.colours.indexOf(id);
   const colour = badgeColour(id);
-  if (place === null || colour === null) return html`<span class="chip"></span>`;
+  if (place === null || colour === null) return html`<span class="badge"></span>`;
   const ink = textColourOn(colour, store.settings.values.palette);
-  return html`<span class="chip" style="--ship: ${colour}; --number: ${ink}">${place + 1}</span>`;
+  return html`<span class="badge" style="--ship: ${colour}; --number: ${ink}">${place + 1}</span>`;
 }

@@ -15,13 +15,13 @@ export const listStyle = css`
     padding: 0 14px;
     min-height: 28px;
   }
-  .few {
+  .toggle {
     min-height: 28px;
     font-size: 12px;
   }
   .count {
     font-weight: 700;
-    color: var(--gh-ink);
+    color: var(--gh-text);
   }
   .scroll {
     overflow: auto;
@@ -40,7 +40,7 @@ export const listStyle = css`
     background: var(--gh-panel);
     font-weight: 500;
     font-size: 11px;
-    color: var(--gh-soft);
+    color: var(--gh-muted);
     text-align: left;
     padding: 4px 4px;
     white-space: nowrap;
@@ -131,28 +131,28 @@ export const listStyle = css`
     top: 0;
     bottom: 0;
     width: 1px;
-    background: var(--gh-soft);
+    background: var(--gh-muted);
   }
   .meter.minus i {
     background: repeating-linear-gradient(45deg, var(--ship) 0 2px, transparent 2px 4px);
   }
   .value {
     font-size: 11px;
-    color: var(--gh-soft);
+    color: var(--gh-muted);
   }
-  .meeting {
+  .encounter {
     font-size: 11.5px;
     white-space: nowrap;
   }
-  .red {
+  .in-alarm {
     color: var(--gh-alarm);
     font-weight: 700;
   }
-  tr.alarm .chip {
+  tr.alarm .badge {
     outline: 2px solid var(--gh-alarm);
     outline-offset: 1px;
   }
-  tr.unacknowledged .red {
+  tr.unacknowledged .in-alarm {
     animation: flash 1s steps(2, jump-none) infinite;
   }
   @keyframes flash {
@@ -209,6 +209,6 @@ export const listStyle = css`
   }
   .none {
     padding: 12px 14px;
-    color: var(--gh-soft);
+    color: var(--gh-muted);
   }
 `;

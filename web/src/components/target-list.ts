@@ -1,6 +1,6 @@
 /** The ships, those under alarm first, then the most intended: danger, attention, intention, CPA, rule, age. */
 
-import { html, LitElement, nothing } from "lit";
+import { html, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
 import { N_SHIP_COLOURS } from "../domain/colours";
@@ -15,8 +15,9 @@ import {
   shortName,
   formatKnots,
 } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import { shipBadge, badgeColour } from "./ship-badge";
 import { listStyle } from "./target-list.style";
 import type { Meeting } from "../protocol.gen";
@@ -36,15 +37,10 @@ const ENCOUNTERS: Record<Meeting["type"], string> = {
 };
 
 @customElement("gh-target-list")
-export class TargetList extends LitElement {
+export class TargetList extends StoreElement {
   static override styles = [shared, listStyle];
 
   @state() private showAll = false;
-
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
 
   override render() {
     const frame = store.frame;
@@ -65,7 +61,7 @@ export class TargetList extends LitElement {
         <h2>Ships <span class="count">${rows.length}</span></h2>
         ${
           rows.length > FEW
-            ? html`<button class="few" aria-expanded=${this.showAll} @click=${this.toggle}>
+            ? html`<button class="toggle" aria-expanded=${this.showAll} @click=${this.toggle}>
                 ${this.showAll ? "Fewer" : `All ${rows.length}`}
               </button>`
             : nothing
@@ -73,7 +69,7 @@ export class TargetList extends LitElement {
       </header>
       <div class="scroll" tabindex="0" role="region" aria-label="List of ships">
         <table>
-          <caption class="hidden">
+          <caption class="visually-hidden">
             Ships, those under alarm first, then
             ${rows.some((r) => r.target.intention != null) ? "the largest intention" : "the most urgent"}
           </caption>
@@ -153,11 +149,11 @@ export class TargetList extends LitElement {
         ${critic ? html`<td>${dangerBar(criticDanger(target), scale.danger)}</td>` : nothing}
         ${attentive && level > 1 ? html`<td>${shareBar(target.attention)}</td>` : nothing}
         ${attentive ? html`<td>${signedBar(target.intention, scale.intention)}</td>` : nothing}
-        <td class="right number ${alarm ? "red" : ""}">${formatMiles(target.dcpa_m)}</td>
-        <td class="right number ${alarm ? "red" : ""} ${opening ? "soft" : ""}">
+        <td class="right number ${alarm ? "in-alarm" : ""}">${formatMiles(target.dcpa_m)}</td>
+        <td class="right number ${alarm ? "in-alarm" : ""} ${opening ? "muted" : ""}">
           ${opening ? "past" : formatDuration(target.tcpa_s)}
         </td>
-        <td class="meeting">${encounterCell(store.encounter(target.id), level)}</td>
+        <td class="encounter">${encounterCell(store.encounter(target.id), level)}</td>
         ${level > 1 ? html`<td class="right number c-range">${formatMiles(target.range_m)}</td>` : nothing}
         ${
           level > 2
@@ -177,33 +173,33 @@ export class TargetList extends LitElement {
 }
 
 function encounterCell(encounter: Meeting | null, level: number) {
-  if (!encounter || encounter.type === "none") return html`<span class="soft">–</span>`;
+  if (!encounter || encounter.type === "none") return html`<span class="muted">–</span>`;
   const role = { "give-way": "give way", "stand-on": "stand on", none: "" }[encounter.role];
   const rule = encounter.rule ? `R${encounter.rule}` : "";
   if (level === 1)
     return html`<span title="${ENCOUNTERS[encounter.type]}, ${role}, Rule ${encounter.rule}"
-      >${ENCOUNTERS[encounter.type]}<br /><span class="soft">${role}</span></span
+      >${ENCOUNTERS[encounter.type]}<br /><span class="muted">${role}</span></span
     >`;
-  return html`${ENCOUNTERS[encounter.type]} <span class="soft">${rule}<br />${role}</span>`;
+  return html`${ENCOUNTERS[encounter.type]} <span class="muted">${rule}<br />${role}</span>`;
 }
 
 /** Danger: a bar from zero; what lies below zero is no danger. */
 function dangerBar(value: number | null, scale: number) {
-  if (value === null) return html`<span class="soft">not fed</span>`;
+  if (value === null) return html`<span class="muted">not fed</span>`;
   const share = Math.max(0, Math.min(1, value / scale));
   return html`<span class="meter"><i style="width: ${share * 100}%"></i></span
     ><span class="value number">${Math.max(0, value).toFixed(value < 9.95 ? 2 : 1)}</span>`;
 }
 
 function shareBar(share: number | null | undefined) {
-  if (share == null) return html`<span class="soft">–</span>`;
+  if (share == null) return html`<span class="muted">–</span>`;
   return html`<span class="meter"><i style="width: ${share * 100}%"></i></span
     ><span class="value number">${Math.round(share * 100)}%</span>`;
 }
 
 /** Intention has a sign: right of the middle the rudder serves the ship, left it costs her. */
 function signedBar(value: number | null | undefined, scale: number) {
-  if (value == null) return html`<span class="soft">–</span>`;
+  if (value == null) return html`<span class="muted">–</span>`;
   const share = Math.min(1, Math.abs(value) / scale) / 2;
   const left = value < 0 ? 0.5 - share : 0.5;
   return html`<span class="meter signed ${value < 0 ? "minus" : ""}"

@@ -4,14 +4,15 @@ import "@oicl/openbridge-webcomponents/dist/icons/icon-menu-iec.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-day.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-dusk.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-night.js";
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { PALETTES, type Palette } from "../domain/colours";
 import { formatTime } from "../domain/units";
 import type { DetailLevel } from "../settings";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 
 const LEVELS: [DetailLevel, string, string][] = [
   [1, "Look", "What the pilot does and which ships matter"],
@@ -31,7 +32,7 @@ export const VIEW_ONLY =
   "You look on: what is sailed, its time and its alarms are the owner's to change.";
 
 @customElement("gh-top-bar")
-export class TopBar extends LitElement {
+export class TopBar extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -86,14 +87,14 @@ export class TopBar extends LitElement {
         font-weight: 600;
         padding: 3px 10px;
         border-radius: 4px;
-        border: 1px solid var(--gh-ink);
+        border: 1px solid var(--gh-text);
         white-space: nowrap;
       }
       .time {
         font-size: 15px;
         font-weight: 600;
       }
-      .group button {
+      .button-group button {
         padding: 0 9px;
         display: grid;
         place-items: center;
@@ -103,9 +104,9 @@ export class TopBar extends LitElement {
         width: 24px;
         height: 24px;
       }
-      .group obi-palette-day,
-      .group obi-palette-dusk,
-      .group obi-palette-night {
+      .button-group obi-palette-day,
+      .button-group obi-palette-dusk,
+      .button-group obi-palette-night {
         display: block;
         width: 20px;
         height: 20px;
@@ -128,11 +129,6 @@ export class TopBar extends LitElement {
     `,
   ];
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override render() {
     const { session, frame, liveness } = store;
     const { palette, level } = store.settings.values;
@@ -146,7 +142,7 @@ export class TopBar extends LitElement {
         ${
           store.preparing
             ? html`<div class="preparing" role="status">Preparing ${store.preparing} …</div>`
-            : html`<div class="soft">
+            : html`<div class="muted">
                 ${session ? `${MODES[session.mode]} · pilot ${session.pilot}` : ""}
               </div>`
         }
@@ -156,7 +152,7 @@ export class TopBar extends LitElement {
       <span class="number time" aria-label="Time">
         ${frame ? formatTime(frame.time_s, frame.time_utc) : "–"}
       </span>
-      <span class="group" role="group" aria-label="Detail">
+      <span class="button-group" role="group" aria-label="Detail">
         ${LEVELS.map(
           ([value, label, title]) => html`
             <button
@@ -169,7 +165,7 @@ export class TopBar extends LitElement {
           `,
         )}
       </span>
-      <span class="group" role="group" aria-label="Palette">
+      <span class="button-group" role="group" aria-label="Palette">
         ${PALETTES.map(
           (value) => html`
             <button

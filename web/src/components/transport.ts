@@ -2,17 +2,18 @@
 
 import "@oicl/openbridge-webcomponents/dist/icons/icon-media-pause.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-media-play.js";
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
 import { formatDuration } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 
 const RATES = [1, 2, 5, 10, 20, 60] as const;
 
 @customElement("gh-transport")
-export class Transport extends LitElement {
+export class Transport extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -86,16 +87,11 @@ export class Transport extends LitElement {
   /** Where the hand holds the slider, until it lets go. */
   @state() private dragged_s: number | null = null;
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override render() {
     const session = store.session;
-    if (!session) return html`<span class="soft">No session</span>`;
+    if (!session) return html`<span class="muted">No session</span>`;
     if (session.mode === "live")
-      return html`<span class="live soft"
+      return html`<span class="live muted"
         >${["Live: the pilot advises on what is heard", ...session.notes].join(" · ")}</span
       >`;
     const now = this.dragged_s ?? store.frame?.time_s ?? session.time_s;
@@ -125,9 +121,9 @@ export class Transport extends LitElement {
         @input=${(e: Event) => (this.dragged_s = Number((e.target as HTMLInputElement).value))}
         @change=${this.seek}
       />
-      <span class="number soft">${end === null ? nothing : formatDuration(end)}</span>
+      <span class="number muted">${end === null ? nothing : formatDuration(end)}</span>
       <label>
-        <span class="hidden">Speed</span>
+        <span class="visually-hidden">Speed</span>
         <select
           aria-label="Speed"
           ?disabled=${store.viewOnly}

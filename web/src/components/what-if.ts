@@ -1,11 +1,12 @@
 /** "What if": the questions about the selected ship and own rudder, and the answer in words. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { formatDuration, degrees, shortName } from "../domain/units";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "./store-element";
 import type { WhatIf } from "../protocol.gen";
 
 /** The rudder that is asked about, or the limit of own ship's where that is less [deg]. */
@@ -17,7 +18,7 @@ const OF_SHIP: [WhatIf["change"], string, string][] = [
 ];
 
 @customElement("gh-what-if")
-export class WhatIfPanel extends LitElement {
+export class WhatIfPanel extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -37,7 +38,7 @@ export class WhatIfPanel extends LitElement {
         padding: 0 8px;
         font-size: 12px;
       }
-      .ask .soft {
+      .ask .muted {
         font-size: 12px;
       }
       p {
@@ -55,11 +56,6 @@ export class WhatIfPanel extends LitElement {
     `,
   ];
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override render() {
     const frame = store.frame;
     if (!frame) return nothing;
@@ -70,21 +66,21 @@ export class WhatIfPanel extends LitElement {
         <h2>What if</h2>
         ${
           ship
-            ? html`<span class="group" role="group" aria-label=${`What if ${ship.name}`}>
+            ? html`<span class="button-group" role="group" aria-label=${`What if ${ship.name}`}>
                 ${OF_SHIP.map(([change, words, title]) =>
                   this.button(words, title, () => store.askWhatIf(change, { ship: ship.id })),
                 )}
               </span>`
             : nothing
         }
-        <span class="group" role="group" aria-label="What if own rudder">
+        <span class="button-group" role="group" aria-label="What if own rudder">
           ${[-most, most].map((deg) => {
             const words = `${deg < 0 ? "P" : "S"} ${Math.abs(Number(deg.toFixed(1)))}°`;
             const title = `What if the rudder went to ${words} now, for a minute?`;
             return this.button(words, title, () => store.askWhatIf("rudder", { degrees: deg }));
           })}
         </span>
-        <span class="soft">
+        <span class="muted">
           ${store.awaitingWhatIf ? "Sailing both futures …" : ship ? shortName(ship.name, 16) : "Select a ship to ask about her"}
         </span>
       </div>
@@ -97,7 +93,7 @@ export class WhatIfPanel extends LitElement {
     if (!told) return nothing;
     return html`
       <p>${told.sentence}</p>
-      <div class="end soft">
+      <div class="end muted">
         <span
           >Simulated from ${formatDuration(told.time_s)} on, half an hour; other ships do not
           react.</span

@@ -1,12 +1,13 @@
 /** The plan display: its canvas, pointer input and status text. */
 
-import { css, html, LitElement } from "lit";
+import { css, html } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
 import type { Position } from "../domain/geometry";
 import { viewCentre, RANGE_SCALES_NM, upBearing, View, stepThrough } from "../domain/view";
-import { store, StoreController } from "../store";
+import { store } from "../store";
 import { shared } from "../style/shared";
+import { StoreElement } from "../components/store-element";
 import { planColours } from "./plan-colours";
 import { drawPlan } from "./layers";
 import { describePlan } from "./plan-description";
@@ -16,7 +17,7 @@ import { toPositions, ringRadius, pixelsPerMetre, type Scene } from "./scene";
 const FLASH_MS = 500;
 
 @customElement("gh-plan")
-export class PlanDisplay extends LitElement {
+export class PlanDisplay extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -55,7 +56,7 @@ export class PlanDisplay extends LitElement {
         inset: 0;
         display: grid;
         place-items: center;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
         font-size: 15px;
       }
     `,
@@ -67,16 +68,11 @@ export class PlanDisplay extends LitElement {
   private readonly sizes = new ResizeObserver(() => this.requestUpdate());
   private flash = 0;
 
-  constructor() {
-    super();
-    new StoreController(this, store);
-  }
-
   override connectedCallback(): void {
     super.connectedCallback();
     this.sizes.observe(this);
     this.flash = window.setInterval(() => {
-      if (store.alarms.some((a) => a.state === "unacknowledged")) this.requestUpdate();
+      if (store.hasOpenAlarm) this.requestUpdate();
     }, FLASH_MS);
     void document.fonts?.load("12px 'Noto Sans'").then(() => this.requestUpdate());
   }
