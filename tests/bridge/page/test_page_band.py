@@ -101,7 +101,7 @@ def test_an_attention_pilot_has_none_and_the_third_level_says_so(
     wait_for_words(page, "gh-advice", "(?i)no certified band: paper-attention has an att")
     becomes(page.locator(BRACKET).count, 0)
     page.keyboard.press("1")
-    wait_for_pressed(page, "gh-top-bar", "Look")
+    wait_for_pressed(page, "gh-top-bar", "Basic")
     until(lambda: "certified" not in words(page, "gh-advice"))
 
 

@@ -73,7 +73,7 @@ def test_a_list_in_focus_keeps_its_digits_and_nothing_else(server: Server, look:
     wait_for_pressed(page, "gh-plan-bar", "R")
     page.keyboard.press("3")
     until(lambda: minutes.input_value().startswith("3"))  # the digit was the list's
-    wait_for_pressed(page, "gh-top-bar", "Look")
+    wait_for_pressed(page, "gh-top-bar", "Basic")
 
 
 def test_vectors_and_trails_are_as_long_as_they_say(server: Server, look: Visit) -> None:
@@ -169,7 +169,7 @@ def test_detail_and_palette_by_their_buttons(server: Server, look: Visit) -> Non
         )
 
     width = math.inf
-    for name in ("Look", "Why", "All"):
+    for name in ("Basic", "Why", "All"):
         top.get_by_role("button", name=name, exact=True).click()
         wait_for_pressed(page, "gh-top-bar", name)
         width = narrower(width)

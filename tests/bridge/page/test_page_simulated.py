@@ -211,7 +211,7 @@ def test_plan_controls_change_the_picture_and_say_so(server: Server, look: Visit
 
 def test_keyboard_does_what_the_menu_says(server: Server, look: Visit) -> None:
     page = look(server)
-    for key, name in (("3", "All"), ("2", "Why"), ("1", "Look")):
+    for key, name in (("3", "All"), ("2", "Why"), ("1", "Basic")):
         page.keyboard.press(key)
         wait_for_pressed(page, "gh-top-bar", name)
     for theme in ("dusk", "night", "day"):

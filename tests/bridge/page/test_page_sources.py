@@ -40,7 +40,7 @@ def test_nmea_over_udp(serve: Callable[..., Server], look: Visit, port: int) -> 
     page.keyboard.press("?")
     page.locator("#compare").select_option("paper-waypoint")
     page.get_by_role("button", name="Close").click()
-    wait_for_words(page, "gh-comparison tbody tr.other", "paper-waypoint", PATIENCE_S)
+    wait_for_words(page, "gh-comparison tbody tr.compared", "paper-waypoint", PATIENCE_S)
 
 
 @pytest.fixture

@@ -71,12 +71,12 @@ def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
         "Menu",
         "ABOUT THIS SESSION",
         "CPA ALARM",
-        "KEYS",
+        "SHORTCUTS",
     ]
     assert page.get_by_label("CPA [NM]").is_disabled()
     assert page.get_by_label("CPA [NM]").input_value() == "10.00"
     assert menu.get_by_role("button").all_inner_texts() == ["Close"]
-    assert "acknowledge the nearest" not in words(page, "gh-menu dialog dl:last-of-type")
+    assert "Acknowledge the most urgent" not in words(page, "gh-menu dialog dl:last-of-type")
     page.get_by_role("button", name="Close").click()
     assert page.evaluate("window.sent") == []
     shown = server.shown()

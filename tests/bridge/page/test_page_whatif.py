@@ -34,7 +34,7 @@ def test_what_if_she_were_not_there_is_told_and_drawn_until_dismissed(
 ) -> None:
     page, other = look(server), look(server)
     panel = page.locator("gh-what-if")
-    question = panel.get_by_role("button", name="What if she were not there?")
+    question = panel.get_by_role("button", name="What if this ship were not there?")
     wait_for_words(page, "gh-what-if", "(?i)what if")
     becomes(question.count, 0)
     page.locator("gh-target-list tr[data-id='2']").click()
@@ -60,8 +60,8 @@ def test_what_if_she_were_not_there_is_told_and_drawn_until_dismissed(
 @pytest.mark.parametrize(
     ("question", "told"),
     [
-        ("What if the pilot did not see her?", "If the pilot did not see ship 2"),
-        ("What if she kept her course and speed?", "If ship 2 kept her course"),
+        ("What if the pilot did not see this ship?", "If the pilot did not see ship 2"),
+        ("What if this ship kept its course and speed?", "If ship 2 kept her course"),
     ],
 )
 def test_the_other_questions_about_a_ship(

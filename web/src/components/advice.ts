@@ -1,4 +1,4 @@
-/** The decision: commanded rudder against the actual one, who steers, how old it is. */
+/** The rudder order or advice: the commanded and the actual rudder, and who steers. */
 
 import { css, html, nothing, svg } from "lit";
 import { customElement } from "lit/decorators.js";
@@ -20,7 +20,7 @@ import type { Banded, Frame } from "../protocol.gen";
 import { bandBracket, bandStyle, bandText } from "./band-bracket";
 
 const MARGIN = 16;
-/** Height of the scale, and where its bar begins [px]. */
+/** Height of the scale, and the top of its bar [px]. */
 const HEIGHT = 82;
 const BAR = 44;
 
@@ -122,8 +122,8 @@ export class Advice extends StoreElement {
         <p class="muted">${store.liveness.text}</p>`;
     const stale = store.liveness.state === "stale";
     const decision = frame.decision ?? null;
-    const ground = !isHeadingKnown(frame);
-    const words = decision ? rudderOrder(decision.rudder_rad) : null;
+    const headingKnown = isHeadingKnown(frame);
+    const order = decision ? rudderOrder(decision.rudder_rad) : null;
     const band = stale ? null : store.band;
     return html`
       <header>
@@ -132,13 +132,13 @@ export class Advice extends StoreElement {
       </header>
       <div class=${stale ? "order stale" : "order"} role="status" aria-label="Rudder advice">
         ${
-          words
-            ? html`<span class="side">${words.side}</span
-                ><span class="angle number">${words.angle}</span>`
+          order
+            ? html`<span class="side">${order.side}</span
+                ><span class="angle number">${order.angle}</span>`
             : html`<span class="side muted">No advice</span>`
         }
       </div>
-      ${gauge(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
+      ${rudderScale(frame, store.compareFrames.at(-1) ?? null, band, Math.max(200, this.clientWidth - 28))}
       ${bandText(band, stale ? null : store.lastBand, store.settings.values.level)}
       <dl class="number">
         <div>
@@ -148,11 +148,11 @@ export class Advice extends StoreElement {
           </dd>
         </div>
         <div>
-          <dt>${ground ? "COG" : "Heading"}</dt>
+          <dt>${headingKnown ? "Heading" : "COG"}</dt>
           <dd>${formatCourse(frame.own.heading_rad)}</dd>
         </div>
         <div>
-          <dt>${ground ? "SOG" : "Speed"}</dt>
+          <dt>${headingKnown ? "Speed" : "SOG"}</dt>
           <dd>${formatKnots(frame.own.speed_m_s)} kn</dd>
         </div>
         <div>
@@ -164,39 +164,40 @@ export class Advice extends StoreElement {
   }
 
   private mode(frame: Frame, stale: boolean): string {
-    const guards = frame.guard?.steers === true;
-    const advises = guards ? "guard advises" : "advises only";
+    const guardSteers = frame.guard?.steers === true;
+    const adviser = guardSteers ? "guard advises" : "advises only";
     const who =
-      frame.decision?.applied === false ? advises : `${guards ? "guard" : "pilot"} steers`;
-    if (store.session?.mode === "replay") return guards ? "recorded, guard's" : "recorded decision";
-    const old = store.dataAge_s;
-    return stale && old !== null ? `${formatAge(old)} old` : who;
+      frame.decision?.applied === false ? adviser : `${guardSteers ? "guard" : "pilot"} steers`;
+    if (store.session?.mode === "replay")
+      return guardSteers ? "recorded, by guard" : "recorded decision";
+    const age_s = store.dataAge_s;
+    return stale && age_s !== null ? `${formatAge(age_s)} old` : who;
   }
 }
 
 /**
- * A horizontal scale to the rudder limit: triangle = commanded, bar = actual, and behind them
- * a hill, as high as each rudder is worth to the critic. A bracket holds the certified band.
+ * A scale to the rudder limit. The triangle is the commanded rudder, the bar the actual one, the
+ * curve the critic's value of each rudder angle, the bracket the certified band.
  */
-function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: number) {
+function rudderScale(frame: Frame, compare: Frame | null, band: Banded | null, width: number) {
   const limit = Math.max(frame.ship.rudder_limit_rad, 0.01);
   const half = width / 2 - MARGIN;
   const x = (rad: number): number => width / 2 + Math.max(-1, Math.min(1, rad / limit)) * half;
-  const most = Math.round(degrees(limit));
-  const step = most > 12 ? 5 : 1;
-  const reach = Math.floor(most / step);
-  const marks = Array.from({ length: 2 * reach + 1 }, (_, k) => (k - reach) * step);
-  const rad = (deg: number): number => (deg / most) * limit;
+  const limit_deg = Math.round(degrees(limit));
+  const step = limit_deg > 12 ? 5 : 1;
+  const perSide = Math.floor(limit_deg / step);
+  const marks = Array.from({ length: 2 * perSide + 1 }, (_, k) => (k - perSide) * step);
+  const rad = (deg: number): number => (deg / limit_deg) * limit;
   const [actual, order] = [frame.own.rudder_rad, frame.decision?.rudder_rad];
-  const other = compare?.decision?.rudder_rad;
+  const compared = compare?.decision?.rudder_rad;
   return html`
     <svg
       viewBox="0 0 ${width} ${HEIGHT}"
       height=${HEIGHT}
       role="img"
-      aria-label="Rudder scale, and the worth of each rudder"
+      aria-label="Rudder scale and the value of each rudder angle"
     >
-      ${hill(frame, x)}
+      ${valueCurve(frame, x)}
       <rect x=${x(-limit)} y=${BAR} width=${2 * half} height="12" rx="2" fill="var(--gh-track)" />
       ${
         actual == null
@@ -210,7 +211,7 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
         (deg) => svg`
         <line x1=${x(rad(deg))} x2=${x(rad(deg))} y1=${BAR + 14} y2=${BAR + (deg % 5 ? 18 : 22)} class="line" />
         ${
-          deg && Math.abs(deg) !== most
+          deg && Math.abs(deg) !== limit_deg
             ? nothing
             : svg`
           <text x=${x(rad(deg))} y=${BAR + 33} text-anchor="middle">
@@ -219,10 +220,10 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
       )}
       ${bandBracket(band, x, BAR)}
       ${
-        other == null
+        compared == null
           ? nothing
           : svg`
-        <path d="M${x(other)} ${BAR} l-7 -12 h14 z" fill="var(--gh-panel)" stroke="var(--gh-compare)"
+        <path d="M${x(compared)} ${BAR} l-7 -12 h14 z" fill="var(--gh-panel)" stroke="var(--gh-compare)"
           stroke-width="2" />`
       }
       ${
@@ -235,17 +236,17 @@ function gauge(frame: Frame, compare: Frame | null, band: Banded | null, width: 
   `;
 }
 
-/** The worth of each rudder as a hill: its top is the best, its foot the worst of the range. */
-function hill(frame: Frame, x: (rad: number) => number) {
+/** The critic's value of each rudder angle, from the worst to the best of the range. */
+function valueCurve(frame: Frame, x: (rad: number) => number) {
   const sweep = frame.sweep;
   if (!sweep) return nothing;
   const total = sweep.waypoint.map((w, k) => w + (sweep.collision[k] ?? 0));
   const [low, high] = [Math.min(...total), Math.max(...total)];
-  const up = (v: number): number =>
+  const y = (v: number): number =>
     BAR - 1 - (high > low ? (v - low) / (high - low) : 0) * (BAR - 4);
-  const edge = total.map((v, k) => `${x(sweep.rudder_rad[k]!).toFixed(1)} ${up(v).toFixed(1)}`);
+  const edge = total.map((v, k) => `${x(sweep.rudder_rad[k]!).toFixed(1)} ${y(v).toFixed(1)}`);
   const first = x(sweep.rudder_rad[0]!).toFixed(1);
   const last = x(sweep.rudder_rad.at(-1)!).toFixed(1);
   return svg`<path class="value-curve" d="M${first} ${BAR} L${edge.join(" L")} L${last} ${BAR} Z">
-    <title>Worth of each rudder to the critic</title></path>`;
+    <title>Critic's value of each rudder angle</title></path>`;
 }

@@ -1,6 +1,6 @@
 /**
- * A row that is always there: CPA alarms (red and flashing until acknowledged, computed by
- * the server without the AI), that there are none, or that nobody watches; and what this page is not.
+ * The alarm strip, which is always there: CPA alarms, or that there are none, or that none are
+ * computed. The server computes them without the pilot; they flash red until acknowledged.
  */
 
 import { css, html, nothing } from "lit";
@@ -15,7 +15,7 @@ import { StoreElement } from "./store-element";
 import { shipBadge } from "./ship-badge";
 import type { Alarm } from "../protocol.gen";
 
-/** Alarms told one by one where there are more than can be told; the list marks the others. */
+/** Alarms shown one by one where there are more than `MAX_NAMED_ALARMS`; the list marks all. */
 const N_NAMED_WHEN_MANY = 2;
 
 @customElement("gh-alarm-strip")
@@ -98,14 +98,14 @@ export class AlarmStrip extends StoreElement {
   override render() {
     const alarms = [...store.alarms].sort(compareAlarms);
     const open = alarms.filter((a) => a.state === "unacknowledged");
-    const told = alarms.length > MAX_NAMED_ALARMS ? N_NAMED_WHEN_MANY : MAX_NAMED_ALARMS;
-    const more = alarms.length - told;
-    const none = cpaWatch(store.liveness, store.limits);
+    const shown = alarms.length > MAX_NAMED_ALARMS ? N_NAMED_WHEN_MANY : MAX_NAMED_ALARMS;
+    const more = alarms.length - shown;
+    const watch = cpaWatch(store.liveness, store.limits);
     return html`
-      ${alarms.length ? nothing : html`<span class=${none.active ? "muted" : "inactive"}>${none.text}</span>`}
+      ${alarms.length ? nothing : html`<span class=${watch.active ? "muted" : "inactive"}>${watch.text}</span>`}
       <ul aria-label="CPA alarms">
-        ${alarms.slice(0, told).map((alarm) => this.one(alarm))}
-        ${more > 0 ? html`<li class="more ${open.length > told ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
+        ${alarms.slice(0, shown).map((alarm) => this.item(alarm))}
+        ${more > 0 ? html`<li class="more ${open.length > shown ? "unacknowledged" : "acknowledged"}">and ${more} more</li>` : nothing}
         ${
           open.length > 1 && !store.viewOnly
             ? html`<li class="all">
@@ -120,7 +120,7 @@ export class AlarmStrip extends StoreElement {
     `;
   }
 
-  private one(alarm: Alarm) {
+  private item(alarm: Alarm) {
     return html`
       <li class="${alarm.state} ${store.viewOnly ? "view-only" : ""}" title=${alarm.cause}>
         ${store.colours.indexOf(alarm.target) === null ? nothing : shipBadge(alarm.target)}

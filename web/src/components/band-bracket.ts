@@ -1,4 +1,4 @@
-/** The certified rudder band: a bracket on the rudder scale, and what it means in a line. */
+/** The certified rudder band: a bracket on the rudder scale and a line of text. */
 
 import { css, html, nothing, svg } from "lit";
 import { classMap } from "lit/directives/class-map.js";
@@ -7,9 +7,9 @@ import { bracketEnds } from "../domain/certified-band";
 import type { DetailLevel } from "../settings";
 import type { Banded } from "../protocol.gen";
 
-/** The bracket's ends are at least so far apart [px]. */
-const LEAST = 14;
-/** How far it reaches above and below the bar's upper edge, and how long its hooks are [px]. */
+/** The smallest width of the bracket [px]. */
+const MIN_WIDTH = 14;
+/** Extent above and below the bar's upper edge, and length of the hooks [px]. */
 const [ABOVE, BELOW, HOOK] = [4, 16, 4];
 
 export const bandStyle = css`
@@ -47,33 +47,32 @@ export const bandStyle = css`
   }
 `;
 
-/** Round the rudders that errors can bring about: `[` and `]` at its ends, on a bar at `top`. */
-export function bandBracket(told: Banded | null, x: (rad: number) => number, top: number) {
-  if (!told?.band) return nothing;
-  const [low, high] = bracketEnds(told.band, x, LEAST);
+/** The bracket around all rudder angles that sensor errors can cause, on a bar at `top`. */
+export function bandBracket(band: Banded | null, x: (rad: number) => number, top: number) {
+  if (!band?.band) return nothing;
+  const [low, high] = bracketEnds(band.band, x, MIN_WIDTH);
   const [up, down] = [top - ABOVE, top + BELOW];
   return svg`
     <rect class="band-fill" x=${low} y=${top} width=${high - low} height="12" />
     <path class="bracket" d="M${low + HOOK} ${up} h-${HOOK} V${down} h${HOOK}
       M${high - HOOK} ${up} h${HOOK} V${down} h-${HOOK}">
-      <title>${told.full}</title></path>`;
+      <title>${band.full}</title></path>`;
 }
 
 /**
- * What is certain, in one line; from the second level on between which rudders and for which
- * errors, on the third why there is no band. Until the band of a new frame comes, the line of the
- * `last` one holds its place, unseen.
+ * What is certain; from level 2 the band and the errors that it allows, on level 3 why there is
+ * none. Until a frame's band arrives, the text of the `last` one keeps its place, invisible.
  */
-export function bandText(told: Banded | null, last: Banded | null, level: DetailLevel) {
-  if (told && !told.band) return level > 2 ? html`<p class="band-text">${told.full}</p>` : nothing;
-  const shown = told ?? last;
+export function bandText(band: Banded | null, last: Banded | null, level: DetailLevel) {
+  if (band && !band.band) return level > 2 ? html`<p class="band-text">${band.full}</p>` : nothing;
+  const shown = band ?? last;
   if (!shown?.band) return nothing;
   const kind = {
     "band-text": true,
     uncertain: !shown.short.startsWith("certain"),
-    placeholder: !told,
+    placeholder: !band,
   };
-  return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${told ? nothing : "true"}>
+  return html`<p class=${classMap(kind)} title=${shown.full} aria-hidden=${band ? nothing : "true"}>
     <strong>${shown.short}</strong>${level > 1 ? shown.full : nothing}
   </p>`;
 }

@@ -40,11 +40,11 @@ export class Comparison extends StoreElement {
         text-align: left;
         padding-left: 0;
       }
-      .other th:first-child {
+      .compared th:first-child {
         color: var(--gh-compare);
         font-weight: 700;
       }
-      .mine th:first-child {
+      .shown th:first-child {
         font-weight: 700;
       }
     `,
@@ -52,11 +52,11 @@ export class Comparison extends StoreElement {
 
   override render() {
     if (!store.session?.compare) return nothing;
-    const both = compareVoyages(store.frames, store.compareFrames);
+    const summaries = compareVoyages(store.frames, store.compareFrames);
     return html`
       <h2>Two pilots, same encounter</h2>
       ${
-        both
+        summaries
           ? html`<table class="number">
               <thead>
                 <tr>
@@ -69,7 +69,7 @@ export class Comparison extends StoreElement {
                 </tr>
               </thead>
               <tbody>
-                ${row(both[0], "mine")} ${row(both[1], "other")}
+                ${row(summaries[0], "shown")} ${row(summaries[1], "compared")}
               </tbody>
             </table>`
           : html`<p class="muted">Waiting for ${store.session.compare}.</p>`
@@ -78,15 +78,15 @@ export class Comparison extends StoreElement {
   }
 }
 
-function row(told: VoyageSummary, kind: string) {
+function row(summary: VoyageSummary, kind: string) {
   return html`<tr class=${kind}>
-    <th scope="row">${told.pilot}</th>
-    <td>${told.rudder_rad === null ? "–" : formatRudder(told.rudder_rad)}</td>
+    <th scope="row">${summary.pilot}</th>
+    <td>${summary.rudder_rad === null ? "–" : formatRudder(summary.rudder_rad)}</td>
     <td>
-      ${told.nearest_m === null ? "–" : `${formatMiles(told.nearest_m)} ${shortName(told.nearest!, 10)}`}
+      ${summary.nearest_m === null ? "–" : `${formatMiles(summary.nearest_m)} ${shortName(summary.nearest!, 10)}`}
     </td>
-    <td>${formatAge(told.inDomain_s)}</td>
-    <td>${Math.round(degrees(told.turned_rad))}°</td>
-    <td>${told.reward === null ? "–" : told.reward.toFixed(1).replace("-", "−")}</td>
+    <td>${formatAge(summary.inDomain_s)}</td>
+    <td>${Math.round(degrees(summary.turned_rad))}°</td>
+    <td>${summary.reward === null ? "–" : summary.reward.toFixed(1).replace("-", "−")}</td>
   </tr>`;
 }

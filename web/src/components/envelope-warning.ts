@@ -1,4 +1,4 @@
-/** What of the situation lies outside the pilot's training: there its advice is worth less. */
+/** What lies outside the pilot's training envelope, where its advice is less reliable. */
 
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
@@ -26,10 +26,10 @@ export class EnvelopeWarning extends StoreElement {
     const outside = store.frame?.outside ?? [];
     if (!outside.length) return nothing;
     const more = outside.length - 1;
-    const told =
+    const text =
       store.settings.values.level < 3 && more
         ? html`${outside[0]} <span title=${outside.join("\n")}>and ${more} more</span>`
         : outside.join(" · ");
-    return html`<p><strong>Outside the pilot's training</strong>: ${told}</p>`;
+    return html`<p><strong>Outside the pilot's training</strong>: ${text}</p>`;
   }
 }

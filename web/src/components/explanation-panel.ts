@@ -1,4 +1,4 @@
-/** Why: the worth of every rudder, who moves it, and the paper's explanations over time. */
+/** The explanation: the value of each rudder angle, each ship's share, and all values over time. */
 
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
@@ -29,8 +29,8 @@ const TOTAL = "total";
 interface PlotCard {
   title: string;
   hint: string;
-  /** The same at length, where the hint is too short to say it. */
-  more?: string;
+  /** The hint in full, where it is too long for the header. */
+  details?: string;
   spec: PlotSpec;
   overTime: boolean;
 }
@@ -127,36 +127,38 @@ export class ExplanationPanel extends StoreElement {
     const frame = store.frame;
     const { level, palette } = store.settings.values;
     if (!frame) return nothing;
-    const look = planColours(palette);
+    const colours = planColours(palette);
     const ids = store.colouredShips;
-    const cards = [this.sweep(frame, ids, look), this.rudderShares(frame, ids, look)];
+    const cards = [this.sweep(frame, ids, colours), this.rudderShares(frame, ids, colours)];
     if (level > 2)
       cards.push(
-        this.ships("Attention", "Eq. 23", ids, look, (t) => t.attention, 1, true),
-        this.ships("Intention", "Eq. 24", ids, look, (t) => t.intention, 0.02),
+        this.ships("Attention", "Eq. 23", ids, colours, (t) => t.attention, 1, true),
+        this.ships("Intention", "Eq. 24", ids, colours, (t) => t.intention, 0.02),
         this.ships(
           "Danger",
-          "0 = a ship far off",
+          "0 = distant ship",
           ids,
-          look,
+          colours,
           (t) => positive(criticDanger(t)),
           store.dangerScale,
           true,
         ),
-        this.priorities(frame, look),
+        this.priorities(frame, colours),
       );
     const shown = cards.filter((card) => card !== null);
     if (!shown.length)
-      return html`<p class="none muted">This pilot has no critic: it gives no values.</p>`;
+      return html`<p class="none muted">
+        This pilot has no critic, so there are no values to show.
+      </p>`;
     return html`<div class="cards ${shown.length > 2 ? "many" : ""}">
-      ${shown.map((card) => this.card(card, look))}
+      ${shown.map((card) => this.card(card, colours))}
     </div>`;
   }
 
-  private card(card: PlotCard, look: PlanColours) {
+  private card(card: PlotCard, colours: PlanColours) {
     return html`
       <article>
-        <header title=${card.more ?? card.hint}>
+        <header title=${card.details ?? card.hint}>
           <h2>${card.title}</h2>
           <span class="muted">${card.hint}</span>
         </header>
@@ -165,11 +167,11 @@ export class ExplanationPanel extends StoreElement {
         </ul>
         <gh-plot
           .spec=${card.spec}
-          .inks=${look}
+          .colours=${colours}
           .highlighted=${store.highlighted}
-          .name=${`${card.title}: ${card.more ?? card.hint}`}
-          @point=${(e: CustomEvent<string | null>) => store.hover(isShip(e.detail) ? e.detail : null)}
-          @pick=${card.overTime ? this.seek : nothing}
+          .name=${`${card.title}: ${card.details ?? card.hint}`}
+          @line-hover=${(e: CustomEvent<string | null>) => store.hover(isShip(e.detail) ? e.detail : null)}
+          @x-click=${card.overTime ? this.seek : nothing}
         ></gh-plot>
       </article>
     `;
@@ -194,16 +196,16 @@ export class ExplanationPanel extends StoreElement {
     seekTo(Math.round((event.detail * 60) / 5) * 5);
   };
 
-  /** Lines of the noted ships that have a value, in their colours. */
-  private lines(ids: readonly string[], look: PlanColours): PlotLine[] {
+  /** A line for each ship, in its colour. */
+  private lines(ids: readonly string[], colours: PlanColours): PlotLine[] {
     return ids.map((id) => ({
       id,
       label: store.target(id)?.name ?? id,
-      colour: look.ships[store.colours.indexOf(id)!] ?? look.other,
+      colour: colours.ships[store.colours.indexOf(id)!] ?? colours.other,
     }));
   }
 
-  private sweep(frame: Frame, ids: readonly string[], look: PlanColours): PlotCard | null {
+  private sweep(frame: Frame, ids: readonly string[], colours: PlanColours): PlotCard | null {
     const table = sweepRelativeToMidships(frame, ids);
     if (!table) return null;
     const limit = degrees(frame.ship.rudder_limit_rad);
@@ -212,15 +214,15 @@ export class ExplanationPanel extends StoreElement {
     return {
       title: sweepTitle(decided),
       hint: "0 = midships",
-      more: "worth of each rudder, midships = 0",
+      details: "value of each rudder angle relative to midships",
       overTime: false,
       spec: {
         lines: [
-          { id: TOTAL, label: "all", colour: look.text, width: 2.4 },
-          { id: WAYPOINT, label: "course", colour: look.muted, dash: [5, 3] },
+          { id: TOTAL, label: "total", colour: colours.text, width: 2.4 },
+          { id: WAYPOINT, label: "waypoint", colour: colours.muted, dash: [5, 3] },
           ...this.lines(
             ids.filter((id) => shown.has(id)),
-            look,
+            colours,
           ),
         ],
         data: [table.rudder_deg, table.total, table.waypoint, ...table.ships.map((s) => s.values)],
@@ -228,48 +230,52 @@ export class ExplanationPanel extends StoreElement {
         xRange: [-limit, limit],
         xTicks: [-1, -0.5, 0, 0.5, 1].map((share) => Number((share * limit).toFixed(1))),
         minY: 0.2,
-        marks: decided === undefined ? [] : [{ at: degrees(decided), colour: look.path }],
+        marks: decided === undefined ? [] : [{ at: degrees(decided), colour: colours.path }],
       },
     };
   }
 
-  /** Who moves the rudder: the shares that add up to it. */
-  private rudderShares(frame: Frame, ids: readonly string[], look: PlanColours): PlotCard | null {
+  /** The shares of the rudder angle, which add up to it. */
+  private rudderShares(
+    frame: Frame,
+    ids: readonly string[],
+    colours: PlanColours,
+  ): PlotCard | null {
     if (!hasValue((f) => f.decision?.alone_rad)) return null;
-    const told = ids.filter((id) => shipHasValue(id, (t) => t.shapley_rad));
+    const shown = ids.filter((id) => shipHasValue(id, (t) => t.shapley_rad));
     return {
-      title: "Shares of rudder",
+      title: "Rudder shares",
       hint: "° to starboard",
-      more: "who moves the rudder, in ° to starboard, adding up to it",
+      details: "each ship's share of the rudder angle, in ° to starboard",
       overTime: true,
       spec: {
         lines: [
-          { id: WAYPOINT, label: "nobody there", colour: look.muted, width: 2, dash: [5, 3] },
-          ...this.lines(told, look),
+          { id: WAYPOINT, label: "no other ships", colour: colours.muted, width: 2, dash: [5, 3] },
+          ...this.lines(shown, colours),
         ],
-        data: cachedTable(store.frames, `movers ${told.join(" ")}`, () =>
-          rudderShares(store.frames, told),
+        data: cachedTable(store.frames, `rudder shares ${shown.join(" ")}`, () =>
+          rudderShares(store.frames, shown),
         ),
-        ...this.time(frame, look),
+        ...this.time(frame, colours),
         minY: 1,
       },
     };
   }
 
-  private priorities(frame: Frame, look: PlanColours): PlotCard | null {
+  private priorities(frame: Frame, colours: PlanColours): PlotCard | null {
     if (!frame.priority) return null;
     return {
       title: "Priorities",
       hint: "Eq. 22",
-      more: "gain over midships, Eq. 22",
+      details: "gain over midships, Eq. 22",
       overTime: true,
       spec: {
         lines: [
-          { id: WAYPOINT, label: "course", colour: look.muted, width: 2, dash: [5, 3] },
-          { id: SHIPS, label: "ships", colour: look.text, width: 2.2 },
+          { id: WAYPOINT, label: "waypoint", colour: colours.muted, width: 2, dash: [5, 3] },
+          { id: SHIPS, label: "ships", colour: colours.text, width: 2.2 },
         ],
         data: cachedTable(store.frames, "priorities", () => prioritySeries(store.frames)),
-        ...this.time(frame, look),
+        ...this.time(frame, colours),
         minY: 0.05,
       },
     };
@@ -279,48 +285,47 @@ export class ExplanationPanel extends StoreElement {
     title: string,
     hint: string,
     ids: readonly string[],
-    look: PlanColours,
+    colours: PlanColours,
     value: (target: Target) => number | null | undefined,
     minY: number,
     fromZero = false,
   ): PlotCard | null {
-    const told = ids.filter((id) => store.target(id) && shipHasValue(id, value));
-    if (!told.length) return null;
+    const shown = ids.filter((id) => store.target(id) && shipHasValue(id, value));
+    if (!shown.length) return null;
     return {
       title,
       hint,
       overTime: true,
       spec: {
-        lines: this.lines(told, look),
-        data: cachedTable(store.frames, `${title} ${told.join(" ")}`, () =>
-          shipSeries(store.frames, told, value),
+        lines: this.lines(shown, colours),
+        data: cachedTable(store.frames, `${title} ${shown.join(" ")}`, () =>
+          shipSeries(store.frames, shown, value),
         ),
-        ...this.time(store.frame!, look),
+        ...this.time(store.frame!, colours),
         minY,
         fromZero,
       },
     };
   }
 
-  /** The time axis: as far as the voyage goes while that is short, with a line at now. */
-  private time(frame: Frame, look: PlanColours): Pick<PlotSpec, "formatX" | "marks" | "xRange"> {
+  /** The time axis from the first frame held to a little after the present, which is marked. */
+  private time(frame: Frame, colours: PlanColours): Pick<PlotSpec, "formatX" | "marks" | "xRange"> {
     const first = (store.frames[0]?.time_s ?? 0) / 60;
     const now = frame.time_s / 60;
     return {
       formatX: (minute) => `${Number(minute.toFixed(1))} min`,
       xRange: [first, Math.max(now * 1.02, first + 2)],
-      marks: [{ at: now, colour: look.path }],
+      marks: [{ at: now, colour: colours.path }],
     };
   }
 }
 
-/** Whether any frame of the pilot who decides now has this: its line is then drawn, with gaps. */
+/** Whether any frame of the present pilot has the value: its line is then drawn, with gaps. */
 function hasValue(value: (frame: Frame) => number | null | undefined): boolean {
   const pilot = store.frame?.pilot;
   return store.frames.some((f) => f.pilot === pilot && value(f) != null);
 }
 
-/** The same of a ship. */
 function shipHasValue(id: string, value: (target: Target) => number | null | undefined): boolean {
   return hasValue((f) => {
     const target = f.targets.find((t) => t.id === id);
@@ -328,7 +333,7 @@ function shipHasValue(id: string, value: (target: Target) => number | null | und
   });
 }
 
-/** The question that the curve answers: why not the other side? */
+/** The question that the curve answers. */
 function sweepTitle(decided: number | undefined): string {
   if (decided === undefined || Math.abs(degrees(decided)) < 0.1) return "Why not turn?";
   return decided > 0 ? "Why not port?" : "Why not starboard?";

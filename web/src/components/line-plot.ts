@@ -1,4 +1,4 @@
-/** A line plot (uPlot) that follows the palette, marks what is lit and tells what is pointed at. */
+/** A line plot (uPlot). Events: `line-hover` with the id of the line pointed at, `x-click` with x. */
 
 import { css, html, LitElement, unsafeCSS } from "lit";
 import { customElement, property } from "lit/decorators.js";
@@ -19,13 +19,12 @@ export interface PlotLine {
 export interface PlotSpec {
   lines: readonly PlotLine[];
   data: readonly (readonly (number | null)[])[];
-  /** How a value of x is written on the axis. */
   formatX: (value: number) => string;
-  /** Least half height or top of the y axis, so that noise does not fill the picture. */
+  /** The y axis spans at least this much, so that noise does not fill the plot. */
   minY: number;
-  /** The y axis begins at zero and does not go below. */
+  /** The y axis starts at zero. */
   fromZero?: boolean;
-  /** The x axis, if it does not follow the data. */
+  /** The range of the x axis, where it does not follow the data. */
   xRange?: [number, number];
   xTicks?: number[];
   /** Vertical lines. */
@@ -43,7 +42,7 @@ export class LinePlot extends LitElement {
         min-width: 0;
         position: relative;
       }
-      div.room {
+      div.container {
         position: absolute;
         inset: 0;
       }
@@ -74,7 +73,7 @@ export class LinePlot extends LitElement {
   }
 
   override render() {
-    return html`<div class="room" role="img" aria-label=${this.name}></div>`;
+    return html`<div class="container" role="img" aria-label=${this.name}></div>`;
   }
 
   override updated(): void {
@@ -97,7 +96,7 @@ export class LinePlot extends LitElement {
   }
 
   private get container(): HTMLElement {
-    return this.renderRoot.querySelector<HTMLElement>(".room")!;
+    return this.renderRoot.querySelector<HTMLElement>(".container")!;
   }
 
   private resize(): void {
@@ -178,11 +177,11 @@ export class LinePlot extends LitElement {
     if (this.spec.fromZero) return [0, Math.max(least, (high ?? 0) * 1.08)];
     const [a, b] = [Math.min(low ?? 0, 0), Math.max(high ?? 0, 0)];
     if (b - a < least) return [a - least / 2, b + least / 2];
-    const air = (b - a) * 0.08;
-    return [a - air, b + air];
+    const margin = (b - a) * 0.08;
+    return [a - margin, b + margin];
   }
 
-  /** The lit line is drawn bold. */
+  /** Draw the highlighted line bold. */
   private emphasise(u: uPlot): void {
     this.spec.lines.forEach((line, k) => {
       const series = u.series[k + 1];
@@ -218,17 +217,17 @@ export class LinePlot extends LitElement {
 
   private hoverLine(index: number | null): void {
     const id = index ? (this.spec.lines[index - 1]?.id ?? null) : null;
-    this.dispatchEvent(new CustomEvent<string | null>("point", { detail: id }));
+    this.dispatchEvent(new CustomEvent<string | null>("line-hover", { detail: id }));
   }
 
   private clicked(u: uPlot): void {
     const left = u.cursor.left;
     if (left === undefined || left < 0) return;
-    this.dispatchEvent(new CustomEvent<number>("pick", { detail: u.posToVal(left, "x") }));
+    this.dispatchEvent(new CustomEvent<number>("x-click", { detail: u.posToVal(left, "x") }));
   }
 }
 
-/** A tick in as few characters as tell it, with a true minus. */
+/** A tick label without superfluous digits, with a typographic minus. */
 function formatTick(value: number): string {
   return String(Number(value.toPrecision(3))).replace("-", "−");
 }

@@ -1,4 +1,4 @@
-/** The menu: what to sail and who steers or advises, comparing, replaying, CPA limits, keys. */
+/** The menu: open, replay and compare, CPA limits, the session and keyboard shortcuts. */
 
 import { css, html, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
@@ -7,7 +7,7 @@ import { SHORTCUTS } from "../shortcuts";
 import { milesToMetres, metresToMiles } from "../domain/units";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
+import { inputValue, StoreElement } from "./store-element";
 import type { Source } from "../protocol.gen";
 import { VIEW_ONLY } from "./top-bar";
 
@@ -125,18 +125,22 @@ export class Menu extends StoreElement {
             store.viewOnly
               ? html`<div>
                     <p>${VIEW_ONLY}</p>
-                    ${this.notes()}
+                    ${this.sessionSection()}
                   </div>
-                  <div>${this.limits()} ${this.keys()}</div>`
-              : html`<div>${this.opening()} ${this.replaying()} ${this.notes()}</div>
-                  <div>${this.steering()} ${this.limits()} ${this.keys()}</div>`
+                  <div>${this.limitsSection()} ${this.shortcutsSection()}</div>`
+              : html`<div>
+                    ${this.openSection()} ${this.replaySection()} ${this.sessionSection()}
+                  </div>
+                  <div>
+                    ${this.pilotSection()} ${this.limitsSection()} ${this.shortcutsSection()}
+                  </div>`
           }
         </div>
       </dialog>
     `;
   }
 
-  private opening() {
+  private openSection() {
     const scenarios = store.catalogue?.scenarios ?? [];
     const known = scenarios.some((s) => s.source === this.source);
     return html`
@@ -144,10 +148,10 @@ export class Menu extends StoreElement {
         <h2>Open an encounter</h2>
         <label
           >Encounter
-          <select id="scenario" @change=${(e: Event) => (this.source = value(e))}>
+          <select id="scenario" @change=${(e: Event) => (this.source = inputValue(e))}>
             ${known ? nothing : html`<option value=${this.source} selected>${this.source || "choose"}</option>`}
             ${KINDS.map(([kind, title]) =>
-              group(
+              sourceGroup(
                 title,
                 scenarios.filter((s) => s.kind === kind),
                 this.source,
@@ -156,23 +160,23 @@ export class Menu extends StoreElement {
           </select>
         </label>
         <label
-          >or its name
+          >or by name
           <input
             id="source"
             type="text"
             .value=${this.source}
             spellcheck="false"
             autocomplete="off"
-            @input=${(e: Event) => (this.source = value(e))}
+            @input=${(e: Event) => (this.source = inputValue(e))}
             placeholder="random:35"
           />
         </label>
         <div class="row">
           <label
             >Pilot
-            <select id="open-pilot" @change=${(e: Event) => (this.pilot = value(e))}>
-              <option value="" ?selected=${!this.pilot}>as now</option>
-              ${this.pilots(this.pilot)}
+            <select id="open-pilot" @change=${(e: Event) => (this.pilot = inputValue(e))}>
+              <option value="" ?selected=${!this.pilot}>current</option>
+              ${this.pilotOptions(this.pilot)}
             </select>
           </label>
           <button
@@ -200,13 +204,13 @@ export class Menu extends StoreElement {
     this.dialog.close();
   };
 
-  private pilots(chosen: string | null) {
+  private pilotOptions(chosen: string | null) {
     return (store.catalogue?.pilots ?? []).map(
       (p) => html`<option value=${p.name} ?selected=${p.name === chosen}>${p.title}</option>`,
     );
   }
 
-  private steering() {
+  private pilotSection() {
     const session = store.session;
     return html`
       <section aria-label="Pilot">
@@ -218,9 +222,9 @@ export class Menu extends StoreElement {
           <select
             id="pilot"
             ?disabled=${!session || session.mode === "replay"}
-            @change=${(e: Event) => store.send({ type: "pilot", name: value(e) })}
+            @change=${(e: Event) => store.send({ type: "pilot", name: inputValue(e) })}
           >
-            ${this.pilots(session?.pilot ?? null)}
+            ${this.pilotOptions(session?.pilot ?? null)}
           </select>
         </label>
         <label
@@ -228,17 +232,17 @@ export class Menu extends StoreElement {
           <select
             id="compare"
             ?disabled=${!session || session.mode === "replay"}
-            @change=${(e: Event) => store.send({ type: "compare", name: value(e) || null })}
+            @change=${(e: Event) => store.send({ type: "compare", name: inputValue(e) || null })}
           >
-            <option value="" ?selected=${!session?.compare}>nobody</option>
-            ${this.pilots(session?.compare ?? null)}
+            <option value="" ?selected=${!session?.compare}>none</option>
+            ${this.pilotOptions(session?.compare ?? null)}
           </select>
         </label>
       </section>
     `;
   }
 
-  private replaying() {
+  private replaySection() {
     const logs = store.catalogue?.logs ?? [];
     return html`
       <section aria-label="Replay">
@@ -272,12 +276,12 @@ export class Menu extends StoreElement {
     this.dialog.close();
   };
 
-  private limits() {
+  private limitsSection() {
     const limits = store.limits;
     return html`
       <section aria-label="CPA alarm">
         <h2>CPA alarm</h2>
-        <p class="muted">Raised when both are undercut, whatever the pilot thinks.</p>
+        <p class="muted">Raised when both are below the limit, whatever the pilot advises.</p>
         <form class="row" @submit=${this.setLimits}>
           <label
             >CPA [NM]
@@ -316,7 +320,7 @@ export class Menu extends StoreElement {
               .checked=${store.settings.values.sound}
               @change=${(e: Event) => store.settings.set({ sound: (e.target as HTMLInputElement).checked })}
             />
-            Sound while an alarm is not acknowledged</span
+            Sound while an alarm is unacknowledged</span
           >
         </label>
       </section>
@@ -332,7 +336,7 @@ export class Menu extends StoreElement {
     });
   };
 
-  private notes() {
+  private sessionSection() {
     const session = store.session;
     const hash = store.frame?.weights_sha256;
     return html`
@@ -357,10 +361,10 @@ export class Menu extends StoreElement {
     `;
   }
 
-  private keys() {
+  private shortcutsSection() {
     return html`
-      <section aria-label="Keys">
-        <h2>Keys</h2>
+      <section aria-label="Shortcuts">
+        <h2>Shortcuts</h2>
         <dl>
           ${SHORTCUTS.filter(([, , whose]) => !whose || !store.viewOnly).map(
             ([key, what]) =>
@@ -373,12 +377,9 @@ export class Menu extends StoreElement {
   }
 }
 
-function group(title: string, entries: Source[], chosen: string) {
+function sourceGroup(title: string, entries: Source[], chosen: string) {
   if (!entries.length) return nothing;
   return html`<optgroup label=${title}>
     ${entries.map((s) => html`<option value=${s.source} ?selected=${s.source === chosen}>${s.title}</option>`)}
   </optgroup>`;
 }
-
-const value = (event: Event): string =>
-  (event.target as HTMLSelectElement | HTMLInputElement).value;

@@ -1,4 +1,4 @@
-/** Mode, scale, vectors, trails and stabilisation of the plan display: shown always, set here. */
+/** Range, orientation, motion, vectors, trails and stabilisation of the plan display. */
 
 import { css, html } from "lit";
 import { customElement } from "lit/decorators.js";
@@ -13,7 +13,7 @@ import {
 } from "../domain/view";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
+import { inputValue, StoreElement } from "./store-element";
 
 const ORIENTATIONS: [Orientation, string, string][] = [
   ["head-up", "H UP", "Head up (H)"],
@@ -147,7 +147,7 @@ export class PlanBar extends StoreElement {
         <select
           aria-label="Vector time"
           .value=${String(vector_min)}
-          @change=${(e: Event) => set({ vector_min: chosen(e) })}
+          @change=${(e: Event) => set({ vector_min: Number(inputValue(e)) })}
         >
           ${VECTOR_MINUTES.map((m) => html`<option value=${m} ?selected=${m === vector_min}>${m} min</option>`)}
         </select>
@@ -157,7 +157,7 @@ export class PlanBar extends StoreElement {
         <select
           aria-label="Trail time"
           .value=${String(trail_min)}
-          @change=${(e: Event) => set({ trail_min: chosen(e) })}
+          @change=${(e: Event) => set({ trail_min: Number(inputValue(e)) })}
         >
           ${TRAIL_MINUTES.map(
             (m) =>
@@ -176,5 +176,3 @@ export class PlanBar extends StoreElement {
     store.settings.set({ range_nm: stepThrough<number>(RANGE_SCALES_NM, range_nm, step) });
   }
 }
-
-const chosen = (event: Event): number => Number((event.target as HTMLSelectElement).value);

@@ -1,4 +1,4 @@
-/** One sentence: what the pilot does, why, and what comes next. */
+/** The sentence: what the pilot does, why, and what comes next. */
 
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
@@ -68,15 +68,15 @@ export class SentencePanel extends StoreElement {
                 ${sentence.next ? html`<p class="next">${this.withShipNames(sentence.next)}</p>` : nothing}
               </div>
             `
-          : html`<p class="muted">This pilot gives no reasons.</p>`
+          : html`<p class="muted">This pilot gives no explanation.</p>`
       }
     `;
   }
 
-  /** The words, with every ship's name in her colour; pointing at it lights her up. */
-  private withShipNames(words: string) {
+  /** The text with each ship's name in its colour; pointing at a name highlights the ship. */
+  private withShipNames(text: string) {
     const names = new Map(store.frame!.targets.map((t) => [t.name, t.id]));
-    return splitAtNames(words, [...names.keys()]).map((part) => {
+    return splitAtNames(text, [...names.keys()]).map((part) => {
       const id = names.get(part);
       if (id === undefined) return part;
       return html`<span

@@ -1,4 +1,4 @@
-/** The ships, those under alarm first, then the most intended: danger, attention, intention, CPA, rule, age. */
+/** The list of ships: danger, attention, intention, CPA, encounter and age of each. */
 
 import { html, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
@@ -22,10 +22,9 @@ import { shipBadge, badgeColour } from "./ship-badge";
 import { listStyle } from "./target-list.style";
 import type { Meeting } from "../protocol.gen";
 
-/** Rows of the small list (the ships that have a colour), and those in sight whatever else there is. */
-const FEW = N_SHIP_COLOURS;
+/** So many rows are visible on every screen. */
 const MIN_VISIBLE_ROWS = 4;
-/** An AIS report older than this is worth a mark [s]. */
+/** The age of an older report is marked. */
 const OLD_S = 60;
 
 const ENCOUNTERS: Record<Meeting["type"], string> = {
@@ -60,7 +59,7 @@ export class TargetList extends StoreElement {
       <header>
         <h2>Ships <span class="count">${rows.length}</span></h2>
         ${
-          rows.length > FEW
+          rows.length > N_SHIP_COLOURS
             ? html`<button class="toggle" aria-expanded=${this.showAll} @click=${this.toggle}>
                 ${this.showAll ? "Fewer" : `All ${rows.length}`}
               </button>`
@@ -76,12 +75,12 @@ export class TargetList extends StoreElement {
           <thead>
             <tr>
               <th scope="col">Ship</th>
-              ${critic ? html`<th scope="col" class="bar" title="How far the critic values her below a ship far off (Q far − Q); 0 is no danger">Danger <span class="scale">0–${scale.danger}</span></th>` : nothing}
+              ${critic ? html`<th scope="col" class="bar" title="How much lower the critic values the ship than a distant one (Q far − Q); 0 is no danger">Danger <span class="scale">0–${scale.danger}</span></th>` : nothing}
               ${attentive && level > 1 ? html`<th scope="col" class="bar narrow" title="Share of the pilot's attention (Eq. 23)">Attention</th>` : nothing}
-              ${attentive ? html`<th scope="col" class="bar" title="What the rudder does for her, weighted with attention (Eq. 24)">Intention <span class="scale">±${scale.intention}</span></th>` : nothing}
+              ${attentive ? html`<th scope="col" class="bar" title="What the rudder does for this ship, weighted by attention (Eq. 24)">Intention <span class="scale">±${scale.intention}</span></th>` : nothing}
               <th scope="col" class="right">CPA <span class="scale">NM</span></th>
               <th scope="col" class="right">TCPA</th>
-              <th scope="col">Meeting</th>
+              <th scope="col">Encounter</th>
               ${level > 1 ? html`<th scope="col" class="right c-range">Range</th>` : nothing}
               ${
                 level > 2
@@ -97,7 +96,7 @@ export class TargetList extends StoreElement {
             ${shown.map((row) => this.row(row, scale, critic, attentive, level))}
           </tbody>
         </table>
-        ${rows.length || !frame ? nothing : html`<p class="none">No ship in sight.</p>`}
+        ${rows.length || !frame ? nothing : html`<p class="none">No other ships.</p>`}
       </div>
     `;
   }
@@ -183,9 +182,9 @@ function encounterCell(encounter: Meeting | null, level: number) {
   return html`${ENCOUNTERS[encounter.type]} <span class="muted">${rule}<br />${role}</span>`;
 }
 
-/** Danger: a bar from zero; what lies below zero is no danger. */
+/** A bar from zero; values below zero are no danger. */
 function dangerBar(value: number | null, scale: number) {
-  if (value === null) return html`<span class="muted">not fed</span>`;
+  if (value === null) return html`<span class="muted">not used</span>`;
   const share = Math.max(0, Math.min(1, value / scale));
   return html`<span class="meter"><i style="width: ${share * 100}%"></i></span
     ><span class="value number">${Math.max(0, value).toFixed(value < 9.95 ? 2 : 1)}</span>`;
@@ -197,7 +196,7 @@ function shareBar(share: number | null | undefined) {
     ><span class="value number">${Math.round(share * 100)}%</span>`;
 }
 
-/** Intention has a sign: right of the middle the rudder serves the ship, left it costs her. */
+/** A bar from the middle: to the right the rudder helps the ship, to the left it hurts. */
 function signedBar(value: number | null | undefined, scale: number) {
   if (value == null) return html`<span class="muted">–</span>`;
   const share = Math.min(1, Math.abs(value) / scale) / 2;

@@ -1,4 +1,4 @@
-/** Top of the page: what is sailed, by whom, whether it is now; palettes, detail, menu. */
+/** The top bar: menu, session, liveness, time, level of detail and palette. */
 
 import "@oicl/openbridge-webcomponents/dist/icons/icon-menu-iec.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-day.js";
@@ -15,9 +15,9 @@ import { shared } from "../style/shared";
 import { StoreElement } from "./store-element";
 
 const LEVELS: [DetailLevel, string, string][] = [
-  [1, "Look", "What the pilot does and which ships matter"],
-  [2, "Why", "and what each rudder would be worth"],
-  [3, "All", "and every value over time"],
+  [1, "Basic", "The rudder order and the ships that matter"],
+  [2, "Why", "Also the value of each rudder angle and each ship's share"],
+  [3, "All", "Also all values over time"],
 ];
 
 const PALETTE_ICONS: Record<Palette, unknown> = {
@@ -29,7 +29,7 @@ const PALETTE_ICONS: Record<Palette, unknown> = {
 const MODES = { simulated: "Simulated", recorded: "Recorded", live: "Live", replay: "Replay" };
 
 export const VIEW_ONLY =
-  "You look on: what is sailed, its time and its alarms are the owner's to change.";
+  "View only: the session, its time and its alarms can be changed by an owner.";
 
 @customElement("gh-top-bar")
 export class TopBar extends StoreElement {

@@ -1,4 +1,4 @@
-/** Play, pause, seek and speed of what can be played. */
+/** Transport controls: play, pause, seek and speed. */
 
 import "@oicl/openbridge-webcomponents/dist/icons/icon-media-pause.js";
 import "@oicl/openbridge-webcomponents/dist/icons/icon-media-play.js";
@@ -8,7 +8,7 @@ import { customElement, state } from "lit/decorators.js";
 import { formatDuration } from "../domain/units";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
+import { inputValue, StoreElement } from "./store-element";
 
 const RATES = [1, 2, 5, 10, 20, 60] as const;
 
@@ -84,7 +84,7 @@ export class Transport extends StoreElement {
     `,
   ];
 
-  /** Where the hand holds the slider, until it lets go. */
+  /** The slider's time while it is dragged. */
   @state() private dragged_s: number | null = null;
 
   override render() {
@@ -92,7 +92,7 @@ export class Transport extends StoreElement {
     if (!session) return html`<span class="muted">No session</span>`;
     if (session.mode === "live")
       return html`<span class="live muted"
-        >${["Live: the pilot advises on what is heard", ...session.notes].join(" · ")}</span
+        >${["Live: the pilot advises on received data", ...session.notes].join(" · ")}</span
       >`;
     const now = this.dragged_s ?? store.frame?.time_s ?? session.time_s;
     const end = session.end_s;
@@ -118,7 +118,7 @@ export class Transport extends StoreElement {
         style="--share: ${to > from ? (100 * (now - from)) / (to - from) : 0}%"
         aria-valuetext=${formatDuration(now)}
         ?disabled=${store.viewOnly || to <= from}
-        @input=${(e: Event) => (this.dragged_s = Number((e.target as HTMLInputElement).value))}
+        @input=${(e: Event) => (this.dragged_s = Number(inputValue(e)))}
         @change=${this.seek}
       />
       <span class="number muted">${end === null ? nothing : formatDuration(end)}</span>
@@ -127,8 +127,7 @@ export class Transport extends StoreElement {
         <select
           aria-label="Speed"
           ?disabled=${store.viewOnly}
-          @change=${(e: Event) =>
-            store.send({ type: "rate", rate: Number((e.target as HTMLSelectElement).value) })}
+          @change=${(e: Event) => store.send({ type: "rate", rate: Number(inputValue(e)) })}
         >
           ${rateOptions(session.rate).map((r) => html`<option value=${r} ?selected=${r === session.rate}>×${r}</option>`)}
         </select>
@@ -137,7 +136,7 @@ export class Transport extends StoreElement {
   }
 
   private readonly seek = (event: Event): void => {
-    seekTo(Number((event.target as HTMLInputElement).value));
+    seekTo(Number(inputValue(event)));
     this.dragged_s = null;
   };
 }
@@ -148,16 +147,16 @@ export function togglePlay(): void {
     store.send({ type: session.playing ? "pause" : "play" });
 }
 
-/** Go to a time, as far as the voyage has been sailed. */
-export function seekTo(wanted_s: number): void {
+/** Seek to a time, within what has been simulated or can be read. */
+export function seekTo(target_s: number): void {
   const { session, frame } = store;
   if (!session || !frame || session.mode === "live" || store.viewOnly) return;
   const last = Math.max(session.seekable_to_s, frame.time_s);
-  const time_s = Math.min(Math.max(wanted_s, session.seekable_from_s), last);
+  const time_s = Math.min(Math.max(target_s, session.seekable_from_s), last);
   store.send({ type: "seek", time_s });
 }
 
-/** The usual speeds, and the one in force if it is another. */
-function rateOptions(now: number): number[] {
-  return [...new Set<number>([...RATES, now])].sort((a, b) => a - b);
+/** The usual speeds, and the present one if it is another. */
+function rateOptions(rate: number): number[] {
+  return [...new Set<number>([...RATES, rate])].sort((a, b) => a - b);
 }

@@ -1,4 +1,4 @@
-/** "What if": the questions about the selected ship and own rudder, and the answer in words. */
+/** What-if questions about the selected ship and own rudder, and the answer. */
 
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
@@ -9,12 +9,12 @@ import { shared } from "../style/shared";
 import { StoreElement } from "./store-element";
 import type { WhatIf } from "../protocol.gen";
 
-/** The rudder that is asked about, or the limit of own ship's where that is less [deg]. */
+/** The rudder angle of the questions, or own ship's rudder limit where that is less. */
 const RUDDER_DEG = 5;
-const OF_SHIP: [WhatIf["change"], string, string][] = [
-  ["deleted", "Not there", "What if she were not there?"],
-  ["blind", "Not seen", "What if the pilot did not see her?"],
-  ["kept", "Kept course", "What if she kept her course and speed?"],
+const SHIP_QUESTIONS: [WhatIf["change"], string, string][] = [
+  ["deleted", "Not there", "What if this ship were not there?"],
+  ["blind", "Not seen", "What if the pilot did not see this ship?"],
+  ["kept", "Steady course", "What if this ship kept its course and speed?"],
 ];
 
 @customElement("gh-what-if")
@@ -60,28 +60,28 @@ export class WhatIfPanel extends StoreElement {
     const frame = store.frame;
     if (!frame) return nothing;
     const ship = store.target(store.selected);
-    const most = Math.min(RUDDER_DEG, degrees(frame.ship.rudder_limit_rad));
+    const angle = Math.min(RUDDER_DEG, degrees(frame.ship.rudder_limit_rad));
     return html`
       <div class="ask">
         <h2>What if</h2>
         ${
           ship
             ? html`<span class="button-group" role="group" aria-label=${`What if ${ship.name}`}>
-                ${OF_SHIP.map(([change, words, title]) =>
-                  this.button(words, title, () => store.askWhatIf(change, { ship: ship.id })),
+                ${SHIP_QUESTIONS.map(([change, label, title]) =>
+                  this.button(label, title, () => store.askWhatIf(change, { ship: ship.id })),
                 )}
               </span>`
             : nothing
         }
         <span class="button-group" role="group" aria-label="What if own rudder">
-          ${[-most, most].map((deg) => {
-            const words = `${deg < 0 ? "P" : "S"} ${Math.abs(Number(deg.toFixed(1)))}°`;
-            const title = `What if the rudder went to ${words} now, for a minute?`;
-            return this.button(words, title, () => store.askWhatIf("rudder", { degrees: deg }));
+          ${[-angle, angle].map((deg) => {
+            const label = `${deg < 0 ? "P" : "S"} ${Math.abs(Number(deg.toFixed(1)))}°`;
+            const title = `What if the rudder went to ${label} now, for a minute?`;
+            return this.button(label, title, () => store.askWhatIf("rudder", { degrees: deg }));
           })}
         </span>
         <span class="muted">
-          ${store.awaitingWhatIf ? "Sailing both futures …" : ship ? shortName(ship.name, 16) : "Select a ship to ask about her"}
+          ${store.awaitingWhatIf ? "Simulating …" : ship ? shortName(ship.name, 16) : "Select a ship to ask about it"}
         </span>
       </div>
       ${this.answer()}
@@ -89,13 +89,13 @@ export class WhatIfPanel extends StoreElement {
   }
 
   private answer() {
-    const told = store.whatIf;
-    if (!told) return nothing;
+    const answer = store.whatIf;
+    if (!answer) return nothing;
     return html`
-      <p>${told.sentence}</p>
+      <p>${answer.sentence}</p>
       <div class="end muted">
         <span
-          >Simulated from ${formatDuration(told.time_s)} on, half an hour; other ships do not
+          >Simulated for 30 min from ${formatDuration(answer.time_s)}; other ships do not
           react.</span
         >
         <button @click=${() => store.dismissWhatIf()}>Dismiss</button>
@@ -103,14 +103,14 @@ export class WhatIfPanel extends StoreElement {
     `;
   }
 
-  private button(words: string, title: string, ask: () => void) {
+  private button(label: string, title: string, ask: () => void) {
     return html`<button
       title=${title}
       aria-label=${title}
       ?disabled=${store.awaitingWhatIf}
       @click=${ask}
     >
-      ${words}
+      ${label}
     </button>`;
   }
 }

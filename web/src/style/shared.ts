@@ -1,4 +1,4 @@
-/** What all components look like: panels, buttons, numbers. Colours come from theme.css. */
+/** The common style of panels, buttons and numbers; theme.css has the colours. */
 
 import { css } from "lit";
 
