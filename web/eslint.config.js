@@ -8,5 +8,8 @@ export default tseslint.config(
   tseslint.configs.recommendedTypeChecked,
   tseslint.configs.stylisticTypeChecked,
   lit["flat/recommended"],
-  { languageOptions: { parserOptions: { projectService: true } } },
+  {
+    languageOptions: { parserOptions: { projectService: true } },
+    rules: { "sort-imports": ["error", { ignoreCase: true, ignoreDeclarationSort: true }] },
+  },
 );

@@ -4,25 +4,25 @@ import { css, html, nothing } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
 import { startAlarmSound } from "./alarm-sound";
-import { handleKey } from "./shortcuts";
 import "./components/advice";
 import "./components/alarm-strip";
 import "./components/comparison-table";
+import "./components/envelope-warning";
+import "./components/explanation-panel";
 import "./components/menu";
 import type { Menu } from "./components/menu";
 import "./components/notices";
-import "./components/envelope-warning";
 import "./components/plan-bar";
 import "./components/sentence";
+import { StoreElement } from "./components/store-element";
 import "./components/target-list";
 import "./components/top-bar";
 import "./components/transport";
 import "./components/what-if";
-import "./components/explanation-panel";
 import "./plan/plan-display";
+import { handleKey } from "./shortcuts";
 import { store } from "./store";
 import { shared } from "./style/shared";
-import { StoreElement } from "./components/store-element";
 
 @customElement("gh-app")
 export class App extends StoreElement {

@@ -1,8 +1,8 @@
 /** Keyboard shortcuts; the menu lists them. */
 
+import { seekTo, togglePlay } from "./components/transport";
 import { PALETTES } from "./domain/colours";
 import { RANGE_SCALES_NM, stepThrough, VECTOR_MINUTES } from "./domain/view";
-import { seekTo, togglePlay } from "./components/transport";
 import type { DetailLevel } from "./settings";
 import { store } from "./store";
 

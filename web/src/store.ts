@@ -8,9 +8,9 @@ import { dataAge, liveness, type Liveness } from "./domain/liveness";
 import {
   idsByProminence,
   largestDanger,
+  type RankedTarget,
   rankTargets,
   roundScale,
-  type RankedTarget,
 } from "./domain/ranking";
 import type {
   Alarm,

@@ -5,17 +5,17 @@ import {
   contrast,
   linearRgb,
   luminance,
-  textColourOn,
-  PALETTES,
   N_SHIP_COLOURS,
-  SHIP_COLOURS,
   type Palette,
+  PALETTES,
+  SHIP_COLOURS,
+  textColourOn,
 } from "../src/domain/colours";
 import css from "../src/style/theme.css?raw";
 
 type Rgb = [number, number, number];
 
-/** A colour of theme.css in a palette. */
+/** A colour of theme.css. */
 function theme(palette: Palette, name: string): string {
   const block = css.split(`html[data-obc-theme="${palette}"]`)[1]!.split("}")[0]!;
   return new RegExp(`--gh-${name}: (#[0-9a-f]{6})`).exec(block)![1]!;
@@ -32,8 +32,8 @@ const apply = (m: readonly number[][], v: Rgb): Rgb =>
     ),
   ) as Rgb;
 
-/** Machado, Oliveira and Fernandes (2009), severity 1. */
-const SIGHTS: Record<string, number[][]> = {
+/** Colour vision deficiencies by Machado, Oliveira and Fernandes (2009), severity 1. */
+const COLOUR_VISIONS: Record<string, number[][]> = {
   full: [
     [1, 0, 0],
     [0, 1, 0],
@@ -73,29 +73,32 @@ function lab(rgb: Rgb): Rgb {
   return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
 }
 
-function difference(a: string, b: string, sight: number[][]): number {
-  const [p, q] = [lab(apply(sight, linearRgb(a))), lab(apply(sight, linearRgb(b)))];
+function difference(a: string, b: string, vision: number[][]): number {
+  const [p, q] = [lab(apply(vision, linearRgb(a))), lab(apply(vision, linearRgb(b)))];
   return Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
 
 describe.each(PALETTES)("the %s palette", (palette) => {
   const colours = SHIP_COLOURS[palette];
 
-  it.each(Object.keys(SIGHTS))("tells ships apart with %s colour vision", (sight) => {
+  it.each(Object.keys(COLOUR_VISIONS))("tells ships apart with %s colour vision", (vision) => {
     for (let i = 0; i < N_SHIP_COLOURS; i++)
       for (let j = 0; j < i; j++)
         expect(
-          difference(colours[i]!, colours[j]!, SIGHTS[sight]!),
+          difference(colours[i]!, colours[j]!, COLOUR_VISIONS[vision]!),
           `${colours[i]} and ${colours[j]}`,
         ).toBeGreaterThan(12);
   });
 
-  it("keeps away from the red of alarms", () => {
+  it("has no ship colour close to the red of alarms", () => {
     for (const colour of colours)
-      expect(difference(colour, theme(palette, "alarm"), SIGHTS.full!), colour).toBeGreaterThan(35);
+      expect(
+        difference(colour, theme(palette, "alarm"), COLOUR_VISIONS.full!),
+        colour,
+      ).toBeGreaterThan(35);
   });
 
-  it("can be seen on the sea and on the panels (3:1), and so can own ship and alarms", () => {
+  it("has enough contrast with sea and panels (3:1), as have own ship and alarms", () => {
     for (const ground of ["sea", "panel"])
       for (const colour of [...colours, theme(palette, "own"), theme(palette, "alarm")])
         expect(contrast(colour, theme(palette, ground)), `${colour} on ${ground}`).toBeGreaterThan(
@@ -103,12 +106,12 @@ describe.each(PALETTES)("the %s palette", (palette) => {
         );
   });
 
-  it("carries numbers that can be read (4.5:1)", () => {
+  it("has readable numbers on ship colours (4.5:1)", () => {
     for (const colour of colours)
       expect(contrast(colour, textColourOn(colour, palette)), colour).toBeGreaterThanOrEqual(4.5);
   });
 
-  it("can be read (4.5:1)", () => {
+  it("has readable text (4.5:1)", () => {
     const pairs = [
       ["text", "panel"],
       ["muted", "panel"],
@@ -137,41 +140,43 @@ it("does not dazzle at night", () => {
     expect(luminance(colour), colour).toBeLessThan(0.3);
 });
 
-describe("the book of colours", () => {
+describe("the colour registry", () => {
   const sea = (...ids: string[]): Set<string> => new Set(ids);
 
-  it("keeps a ship's place while she is there", () => {
-    const book = new ColourRegistry();
-    book.update(["a", "b"], sea("a", "b", "c"));
-    const before = book.indexOf("b");
-    book.update(["c", "a"], sea("a", "b", "c"));
-    expect(book.indexOf("b")).toBe(before);
-    expect(book.indexOf("c")).not.toBe(before);
+  it("keeps a ship's colour while it is present", () => {
+    const registry = new ColourRegistry();
+    registry.update(["a", "b"], sea("a", "b", "c"));
+    const before = registry.indexOf("b");
+    registry.update(["c", "a"], sea("a", "b", "c"));
+    expect(registry.indexOf("b")).toBe(before);
+    expect(registry.indexOf("c")).not.toBe(before);
   });
 
-  it("gives no place twice and takes it from those of least note when all are held", () => {
-    const book = new ColourRegistry();
+  it("assigns no colour twice, and reassigns those of the least prominent ships", () => {
+    const registry = new ColourRegistry();
     const all = Array.from({ length: N_SHIP_COLOURS + 2 }, (_, k) => `s${k}`);
-    book.update(all.slice(0, N_SHIP_COLOURS), new Set(all));
-    book.update(["s6", "s7", "s0", "s1", "s2", "s3"], new Set(all));
-    const held = all.map((id) => book.indexOf(id)).filter((p) => p !== null);
-    expect(new Set(held).size).toBe(held.length);
-    expect(held.length).toBe(N_SHIP_COLOURS);
-    expect(book.indexOf("s6")).not.toBeNull();
-    expect(book.indexOf("s0")).toBe(0);
+    registry.update(all.slice(0, N_SHIP_COLOURS), new Set(all));
+    registry.update(["s6", "s7", "s0", "s1", "s2", "s3"], new Set(all));
+    const assigned = all.map((id) => registry.indexOf(id)).filter((p) => p !== null);
+    expect(new Set(assigned).size).toBe(assigned.length);
+    expect(assigned.length).toBe(N_SHIP_COLOURS);
+    expect(registry.indexOf("s6")).not.toBeNull();
+    expect(registry.indexOf("s0")).toBe(0);
   });
 
-  it("gives ship 3 the number 3 while it is free", () => {
-    const book = new ColourRegistry();
-    book.update(["3", "1", "230008070"], sea("3", "1", "230008070"));
-    expect([book.indexOf("3"), book.indexOf("1"), book.indexOf("230008070")]).toEqual([2, 0, 1]);
+  it("gives ship 3 the third colour while it is free", () => {
+    const registry = new ColourRegistry();
+    registry.update(["3", "1", "230008070"], sea("3", "1", "230008070"));
+    expect([registry.indexOf("3"), registry.indexOf("1"), registry.indexOf("230008070")]).toEqual([
+      2, 0, 1,
+    ]);
   });
 
-  it("frees the place of a ship that is gone", () => {
-    const book = new ColourRegistry();
-    book.update(["a"], sea("a"));
-    book.update(["b"], sea("b"));
-    expect(book.indexOf("a")).toBeNull();
-    expect(book.indexOf("b")).toBe(0);
+  it("frees the colour of a ship that is gone", () => {
+    const registry = new ColourRegistry();
+    registry.update(["a"], sea("a"));
+    registry.update(["b"], sea("b"));
+    expect(registry.indexOf("a")).toBeNull();
+    expect(registry.indexOf("b")).toBe(0);
   });
 });

@@ -4,8 +4,8 @@ import { cpaWatch } from "../src/domain/cpa-watch";
 
 const limits = { dcpa_m: 1852, tcpa_s: 600 };
 
-describe("that there is no CPA alarm", () => {
-  it("is said of a picture that is looked at", () => {
+describe("without a CPA alarm", () => {
+  it("a current picture says that there is none", () => {
     for (const state of ["live", "playing", "paused", "ended"] as const)
       expect(cpaWatch({ state, text: "" }, limits)).toEqual({
         active: true,
@@ -13,7 +13,7 @@ describe("that there is no CPA alarm", () => {
       });
   });
 
-  it("is not said where nobody watches", () => {
+  it("a stale or missing picture says that none is computed", () => {
     const text = "CPA not monitored: no current data";
     for (const state of ["stale", "waiting"] as const)
       expect(cpaWatch({ state, text: "" }, limits)).toEqual({ active: false, text });

@@ -1,4 +1,4 @@
-/** Frames for tests: only what a test says differs from the plainest one. */
+/** Plain frames and messages; each test states only what differs. */
 
 import type { Alarm, Frame, FrameNow, Session, Target } from "../src/protocol.gen";
 
@@ -51,7 +51,7 @@ export const alarm = (target: string, some: Partial<Alarm> = {}): Alarm => ({
   ...some,
 });
 
-/** A frame as the server sends it, with nothing derived from it. */
+/** A frame as the server sends it, without anything derived from it. */
 export const frameMessage = (shown: Frame): FrameNow => ({
   type: "frame",
   frame: shown,

@@ -7,9 +7,9 @@ import {
   DOMAIN_HALF_AXES_LOA,
   domainOutline,
   fromBody,
+  type Motion,
   positionAfter,
   wrapAngle,
-  type Motion,
 } from "../src/domain/geometry";
 import { radians } from "../src/domain/units";
 
@@ -26,7 +26,7 @@ const motion = (
 });
 
 describe("closest approach", () => {
-  it("is the least distance of all times, by brute force", () => {
+  it("is the minimum of the distance over time", () => {
     const own = motion(0, 0, 10, 5.1);
     const target = motion(6000, 5000, 260, 6.3);
     const cpa = closestApproach(own, target);
@@ -41,19 +41,19 @@ describe("closest approach", () => {
     expect(distance(cpa.own, cpa.target)).toBeCloseTo(cpa.dcpa_m, 9);
   });
 
-  it("is now for ships that do not move against each other", () => {
+  it("is now for ships without relative motion", () => {
     expect(closestApproach(motion(0, 0, 90, 5), motion(300, 400, 90, 5))).toMatchObject({
       tcpa_s: 0,
       dcpa_m: 500,
     });
   });
 
-  it("is past for ships that open", () => {
+  it("is in the past for opening ships", () => {
     expect(closestApproach(motion(0, 0, 0, 5), motion(0, -500, 180, 5)).tcpa_s).toBeLessThan(0);
   });
 });
 
-describe("directions", () => {
+describe("bearings", () => {
   it("run clockwise from north", () => {
     const here = { east_m: 0, north_m: 0 };
     expect(bearing(here, { east_m: 1, north_m: 0 })).toBeCloseTo(Math.PI / 2);
@@ -62,7 +62,7 @@ describe("directions", () => {
     expect(wrapAngle(Math.PI)).toBeCloseTo(-Math.PI);
   });
 
-  it("turn the body frame with the heading", () => {
+  it("rotate the body frame by the heading", () => {
     const east = fromBody({ east_m: 10, north_m: 20 }, radians(90), { x: 0, y: 5 });
     expect(east.east_m).toBeCloseTo(15);
     expect(east.north_m).toBeCloseTo(20);
@@ -72,7 +72,7 @@ describe("directions", () => {
 });
 
 describe("the domain (Eq. 14-15)", () => {
-  it("reaches farthest ahead and more to starboard than to port", () => {
+  it("extends farthest ahead, and farther to starboard than to port", () => {
     const edge = domainOutline(340);
     const reach = (of: (p: { x: number; y: number }) => number): number =>
       Math.max(...edge.map(of));
@@ -82,7 +82,7 @@ describe("the domain (Eq. 14-15)", () => {
     expect(reach((p) => -p.x)).toBeCloseTo(1.6 * 340);
   });
 
-  it("lies on the edge where Eq. 13 is 0", () => {
+  it("lies where Eq. 13 is 0", () => {
     for (const p of domainOutline(340)) {
       const across = (p.x >= 0 ? DOMAIN_HALF_AXES_LOA.starboard : DOMAIN_HALF_AXES_LOA.port) * 340;
       const along = (p.y >= 0 ? DOMAIN_HALF_AXES_LOA.ahead : DOMAIN_HALF_AXES_LOA.astern) * 340;

@@ -1,18 +1,18 @@
-/** What the plan display draws, read from the calls to its canvas. */
+/** What the plan display draws: the recorded calls to its canvas. */
 
 import { describe, expect, test } from "vitest";
 
 import { closestApproach } from "../src/domain/geometry";
+import { ownMotion } from "../src/domain/own-motion";
 import { rankTargets } from "../src/domain/ranking";
 import { View } from "../src/domain/view";
-import type { PlanColours } from "../src/plan/plan-colours";
-import { drawPlan } from "../src/plan/layers";
 import { targetAt } from "../src/plan/hit-test";
+import { drawPlan } from "../src/plan/layers";
+import type { PlanColours } from "../src/plan/plan-colours";
 import { describePlan } from "../src/plan/plan-description";
-import { ownMotion } from "../src/domain/own-motion";
-import { pixelsPerMetre, type Context, type Scene } from "../src/plan/scene";
-import { DEFAULT_SETTINGS } from "../src/settings";
+import { type Context, pixelsPerMetre, type Scene } from "../src/plan/scene";
 import type { Alarm, Frame } from "../src/protocol.gen";
+import { DEFAULT_SETTINGS } from "../src/settings";
 import { alarm, frame, target } from "./fixtures";
 
 const SIZE = 600;
@@ -43,7 +43,7 @@ interface Call {
   dash: string;
 }
 
-/** A canvas that notes what is asked of it, and in which colours. */
+/** A canvas that records all calls with their colours. */
 function canvas(): { context: Context; calls: Call[] } {
   const calls: Call[] = [];
   const state: Record<string, unknown> = { globalAlpha: 1, dash: "" };
@@ -114,14 +114,14 @@ const near = (call: Call | undefined, p: { x: number; y: number }): void => {
 };
 
 describe("own ship", () => {
-  test("is two circles in the middle, with six rings about her", () => {
+  test("is two circles in the centre of six rings", () => {
     const calls = drawn(scene(frame(0)));
     near(arcs(calls, "own", 4)[0], { x: 300, y: 300 });
     near(arcs(calls, "own", 9)[0], { x: 300, y: 300 });
     for (let k = 1; k <= 6; k++) expect(arcs(calls, "ring", (RADIUS * k) / 6)).toHaveLength(1);
   });
 
-  test("has a heading line to the outermost ring, and a vector as long as she goes in its time", () => {
+  test("has a heading line to the outermost ring, and a vector of its run", () => {
     const of = scene(frame(0), { settings: { ...DEFAULT_SETTINGS, vector_min: 12 } });
     const ends = drawn(of).filter((c) => c.name === "lineTo" && c.stroke === "own");
     near(ends[0], { x: 300, y: 300 - RADIUS });
@@ -129,14 +129,14 @@ describe("own ship", () => {
     expect(ends.some((c) => Math.hypot(c.args[0]! - run.x, c.args[1]! - run.y) < 0.01)).toBe(true);
   });
 
-  test("is marked every five minutes of the way ahead, and so is what if", () => {
+  test("has marks every five minutes on the predicted and the what-if track", () => {
     const path = Array.from({ length: 41 }, (_, k) => ({ east_m: 0, north_m: 154 * k }));
     const calls = drawn(scene(frame(0), { path, whatIf: path }));
     expect(arcs(calls, "path", 3.4)).toHaveLength(2 * 4); // filled, then outlined
     expect(arcs(calls, "what-if", 2.6)).toHaveLength(4);
   });
 
-  test("is drawn as another pilot steered her, with that one's name", () => {
+  test("is also drawn under the compared pilot, with that pilot's name", () => {
     const other = frame(0, [], { pilot: "straight", own: { ...frame(0).own, east_m: 1000 } });
     const of = scene(frame(0), { compare: [other] });
     near(arcs(drawn(of), "compare", 9)[0], of.view.toScreen({ east_m: 1000, north_m: 0 }));
@@ -147,7 +147,7 @@ describe("own ship", () => {
 });
 
 describe("the domain", () => {
-  test("is as long and as wide as Eq. 14-15 say, and turns with own ship", () => {
+  test("has the half axes of Eq. 14-15, and turns with own ship", () => {
     const east = { ...frame(0).own, heading_rad: Math.PI / 2 };
     const of = scene(frame(0, [], { own: east }));
     const edge = drawn(of).filter(
@@ -171,7 +171,7 @@ describe("targets", () => {
   const triangles = (calls: Call[], ink: string): Call[] =>
     calls.filter((c) => c.name === "stroke" && c.stroke === ink && c.dash === "");
 
-  test("in danger are bold and red, and flash only until acknowledged", () => {
+  test("under alarm are bold and red, and flash until acknowledged", () => {
     const now = frame(0, [target("1", { tcpa_s: -1 })]);
     const bold = (some: Partial<Scene> & { alarms?: Alarm[] }) =>
       triangles(drawn(scene(now, some)), "alarm").filter((c) => c.width === 3).length;
@@ -181,7 +181,7 @@ describe("targets", () => {
     expect(bold({ alarms: [alarm("1", { state: "acknowledged" })], flashOn: false })).toBe(1);
   });
 
-  test("that are lost have no vector and no ghost, and are crossed out", () => {
+  test("that are lost have no vector and no ghost", () => {
     const lines = (lost: boolean) => {
       const of = scene(frame(0, [target("1", { lost })]), { colourIndex: () => 0 });
       return drawn(of).filter(
@@ -196,7 +196,7 @@ describe("targets", () => {
     expect(arcs(drawn(of(true)), "#111111", 4)).toHaveLength(0);
   });
 
-  test("who turn have a flag on that side of their vectors' ends, and others have none", () => {
+  test("that turn have a flag on that side of their vector's tip", () => {
     const flags = (turn_rad: number, lost = false, vectors: "true" | "relative" = "true") => {
       const frames = [0, 30].map((t, k) =>
         frame(t, [target("1", { course_rad: k * turn_rad, lost })]),
@@ -229,7 +229,7 @@ describe("targets", () => {
     expect(flags(0.2, true)).toHaveLength(0);
   });
 
-  test("leave dots equally spaced in time, beside own ship's way in relative motion", () => {
+  test("leave a trail of dots equally spaced in time, relative to own ship", () => {
     const frames = Array.from({ length: 73 }, (_, k) => {
       const t = 5 * k;
       const own = { ...frame(0).own, north_m: 5 * t };
@@ -246,12 +246,12 @@ describe("targets", () => {
   });
 });
 
-describe("ghosts", () => {
+describe("CPA ghosts", () => {
   const now = frame(0, [
     target("1", { east_m: 1500, north_m: 4000, course_rad: Math.PI, tcpa_s: 395, dcpa_m: 1500 }),
   ]);
 
-  test("stand where both ships are nearest", () => {
+  test("are at the closest point of approach", () => {
     const of = scene(now, { colourIndex: () => 0 });
     const cpa = closestApproach(ownMotion(now), now.targets[0]!);
     near(arcs(drawn(of), "#111111", 4)[0], of.view.toScreen(cpa.own));
@@ -262,7 +262,7 @@ describe("ghosts", () => {
     );
   });
 
-  test("are of ships of note, in danger or selected only, and the selected one's is told", () => {
+  test("are of coloured, alarmed or selected ships; the selected one has a label", () => {
     expect(arcs(drawn(scene(now)), "other", 4)).toHaveLength(0);
     expect(arcs(drawn(scene(now, { alarms: [alarm("1")] })), "alarm", 4)).toHaveLength(1);
     const calls = drawn(scene(now, { selected: "1" }));
@@ -273,7 +273,7 @@ describe("ghosts", () => {
   });
 });
 
-test("what is under the pointer is the nearest ship, and the picture is told in words", () => {
+test("the pointer finds the nearest ship, and the picture is described in words", () => {
   const now = frame(0, [
     target("1"),
     target("2", { east_m: 500, range_m: 5024, bearing_rad: 0.1 }),

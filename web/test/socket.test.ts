@@ -1,16 +1,16 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 
-import { ReconnectingSocket, parseMessage, socketUrl } from "../src/socket";
+import { parseMessage, ReconnectingSocket, socketUrl } from "../src/socket";
 
 describe("the socket", () => {
-  it("lies beside the page and takes the token along", () => {
+  it("has its address beside the page, with the token", () => {
     expect(socketUrl("http://127.0.0.1:8000/")).toBe("ws://127.0.0.1:8000/ws");
     expect(socketUrl("https://ship.example/bridge/index.html?token=a%26b#x")).toBe(
       "wss://ship.example/bridge/ws?token=a%26b",
     );
   });
 
-  it("takes nothing that is not a message", () => {
+  it("ignores what is not a message", () => {
     for (const bad of ["", "{", "null", "3", "[]", "{}", new ArrayBuffer(3), undefined])
       expect(parseMessage(bad)).toBeNull();
     expect(parseMessage('{"type":"pong"}')).toEqual({ type: "pong" });
@@ -43,9 +43,9 @@ describe("an outage", () => {
     vi.unstubAllGlobals();
   });
 
-  it("lasts from the loss of the line until it is open again, however often it is tried", () => {
-    const link = new ReconnectingSocket("ws://ship/ws", vi.fn(), vi.fn());
-    link.start();
+  it("lasts from the loss of the connection until it is open again, through all attempts", () => {
+    const connection = new ReconnectingSocket("ws://ship/ws", vi.fn(), vi.fn());
+    connection.start();
     Socket.last.onopen();
     vi.advanceTimersByTime(1000);
     Socket.last.onclose();
@@ -54,11 +54,11 @@ describe("an outage", () => {
       const refused = Socket.last;
       while (Socket.last === refused) vi.advanceTimersByTime(100);
       Socket.last.onclose();
-      expect(link.since_ms).toBe(lost_ms);
+      expect(connection.since_ms).toBe(lost_ms);
     }
     vi.advanceTimersByTime(10_000);
     Socket.last.onopen();
-    expect(link.since_ms).toBe(performance.now());
-    link.stop();
+    expect(connection.since_ms).toBe(performance.now());
+    connection.stop();
   });
 });

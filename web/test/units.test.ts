@@ -2,29 +2,29 @@ import { describe, expect, it } from "vitest";
 
 import {
   formatAge,
-  formatValue,
-  formatDuration,
   formatCourse,
-  formatTime,
-  knots,
-  milesToMetres,
+  formatDuration,
   formatMiles,
-  metresToMiles,
-  radians,
   formatRateOfTurn,
   formatRelativeBearing,
   formatRudder,
+  formatTime,
+  formatValue,
+  knots,
+  metresToMiles,
+  milesToMetres,
+  radians,
   rudderOrder,
   shortName,
 } from "../src/domain/units";
 
 describe("units", () => {
-  it("knows the knot and the mile", () => {
+  it("converts knots and miles", () => {
     expect(knots(1852 / 3600)).toBeCloseTo(1, 12);
     expect(metresToMiles(milesToMetres(7.25))).toBeCloseTo(7.25, 12);
   });
 
-  it("writes courses with three digits and never 360", () => {
+  it("formats courses with three digits, never as 360", () => {
     expect(formatCourse(0)).toBe("000°");
     expect(formatCourse(radians(7.4))).toBe("007°");
     expect(formatCourse(radians(-0.4))).toBe("000°");
@@ -33,7 +33,7 @@ describe("units", () => {
     expect(formatCourse(radians(450))).toBe("090°");
   });
 
-  it("says the side of a rudder, and none amidships", () => {
+  it("formats rudder angles with their side, midships without", () => {
     expect(formatRudder(radians(2.54))).toBe("S 2.5°");
     expect(formatRudder(radians(-0.3))).toBe("P 0.3°");
     expect(formatRudder(radians(-0.04))).toBe("0.0°");
@@ -43,14 +43,14 @@ describe("units", () => {
     expect(rudderOrder(radians(-0.46))).toEqual({ side: "Port", angle: "0.5°" });
   });
 
-  it("writes spans as minutes and seconds", () => {
+  it("formats durations as minutes and seconds", () => {
     expect(formatDuration(81)).toBe("01:21");
     expect(formatDuration(59.6)).toBe("01:00");
     expect(formatDuration(3661)).toBe("1:01:01");
     expect(formatDuration(-30)).toBe("−00:30");
   });
 
-  it("chooses digits by size", () => {
+  it("chooses the number of digits by size", () => {
     expect(formatMiles(1852 * 0.113)).toBe("0.11");
     expect(formatMiles(1852 * 12.34)).toBe("12.3");
     expect(formatAge(7.2)).toBe("7 s");
@@ -61,7 +61,7 @@ describe("units", () => {
     expect(formatValue(13.86)).toBe("+13.9");
   });
 
-  it("says bearings as on a bridge", () => {
+  it("formats relative bearings as green and red", () => {
     expect(formatRelativeBearing(radians(45))).toBe("G 045°");
     expect(formatRelativeBearing(radians(-12))).toBe("R 012°");
     expect(formatRelativeBearing(0)).toBe("ahead");
@@ -74,7 +74,7 @@ describe("units", () => {
     expect(formatTime(300, "nonsense")).toBe("05:00");
   });
 
-  it("shortens names without losing them", () => {
+  it("shortens names", () => {
     expect(shortName("MMSI 230008070")).toBe("230008070");
     expect(shortName("A very long ship's name indeed", 12)).toBe("A very long…");
   });

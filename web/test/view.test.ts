@@ -2,20 +2,20 @@ import { describe, expect, it } from "vitest";
 
 import { milesToMetres, radians } from "../src/domain/units";
 import {
-  viewCentre,
   formatRingDistance,
   RANGE_SCALES_NM,
   stepThrough,
   upBearing,
   vectorEnd,
   View,
+  viewCentre,
 } from "../src/domain/view";
 import { frame } from "./fixtures";
 
 const own = { east_m: 1000, north_m: 2000 };
 
 describe("view", () => {
-  it("puts what lies ahead straight up when the head is up", () => {
+  it("puts what lies ahead straight up in head up", () => {
     const heading = radians(70);
     const view = new View(own, heading, { x: 400, y: 300 }, 0.1);
     const ahead = view.toScreen({
@@ -27,7 +27,7 @@ describe("view", () => {
     expect(view.angle(heading)).toBeCloseTo(0);
   });
 
-  it("puts east to the right when north is up", () => {
+  it("puts east to the right in north up", () => {
     const p = new View(own, 0, { x: 0, y: 0 }, 1).toScreen({ east_m: 1005, north_m: 2000 });
     expect(p).toEqual({ x: 5, y: 0 });
   });
@@ -39,17 +39,17 @@ describe("orientation and motion", () => {
     waypoint: { east_m: 1000, north_m: 1000 },
   });
 
-  it("points north, the head or the course up", () => {
+  it("points north, the heading or the course up", () => {
     expect(upBearing("north-up", turning)).toBe(0);
     expect(upBearing("head-up", turning)).toBeCloseTo(radians(40));
     expect(upBearing("course-up", turning)).toBeCloseTo(radians(45));
   });
 
-  it("keeps own ship in the middle in relative motion", () => {
+  it("centres own ship in relative motion", () => {
     expect(viewCentre("relative", turning, 6, { east_m: 9, north_m: 9 })).toBe(turning.own);
   });
 
-  it("stands still in true motion until own ship nears the edge", () => {
+  it("stays fixed in true motion until own ship nears the edge", () => {
     const still = { east_m: 0, north_m: milesToMetres(3) };
     expect(viewCentre("true", turning, 6, still)).toBe(still);
     const far = { east_m: 0, north_m: milesToMetres(3.7) };
@@ -60,18 +60,18 @@ describe("orientation and motion", () => {
 });
 
 describe("vectors and scales", () => {
-  it("draws a relative vector of nothing for a ship that goes as own ship does", () => {
+  it("has no relative vector for a ship that moves like own ship", () => {
     const end = vectorEnd(own, 1.2, 5, 6, { course_rad: 1.2, speed_m_s: 5 });
     expect(end.east_m).toBeCloseTo(own.east_m);
     expect(end.north_m).toBeCloseTo(own.north_m);
   });
 
-  it("draws true vectors of speed times time", () => {
+  it("has true vectors of speed times time", () => {
     const end = vectorEnd(own, Math.PI / 2, 5, 6, null);
     expect(end.east_m - own.east_m).toBeCloseTo(1800);
   });
 
-  it("names the ring interval and stops at the ends", () => {
+  it("formats ring distances, and stops at the ends of a list", () => {
     expect(formatRingDistance(0.75)).toBe("0.125");
     expect(formatRingDistance(24)).toBe("4");
     expect(stepThrough(RANGE_SCALES_NM, 24, 1)).toBe(24);

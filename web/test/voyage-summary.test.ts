@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
-import { summariseVoyage, compareVoyages } from "../src/domain/voyage-summary";
 import { radians } from "../src/domain/units";
+import { compareVoyages, summariseVoyage } from "../src/domain/voyage-summary";
 import { frame, target } from "./fixtures";
 
 const own = (heading_deg: number) => ({
@@ -25,18 +25,18 @@ const voyage = [
   }),
 ];
 
-describe("an account of a voyage", () => {
-  it("names the nearest ship, the time inside the domain, the way turned and the reward", () => {
-    const told = summariseVoyage(voyage)!;
-    expect(told.nearest_m).toBe(300);
-    expect(told.nearest).toBe("ship 1");
-    expect(told.inDomain_s).toBe(5);
-    expect(told.turned_rad).toBeCloseTo(radians(20));
-    expect(told.reward).toBeCloseTo(-0.2);
-    expect(told.rudder_rad).toBe(-0.05);
+describe("the summary of a voyage", () => {
+  it("has the nearest ship, time in the domain, total turn and reward", () => {
+    const summary = summariseVoyage(voyage)!;
+    expect(summary.nearest_m).toBe(300);
+    expect(summary.nearest).toBe("ship 1");
+    expect(summary.inDomain_s).toBe(5);
+    expect(summary.turned_rad).toBeCloseTo(radians(20));
+    expect(summary.reward).toBeCloseTo(-0.2);
+    expect(summary.rudder_rad).toBe(-0.05);
   });
 
-  it("leaves out what the frames do not have", () => {
+  it("has null for what the frames lack", () => {
     expect(summariseVoyage([frame(0)])).toMatchObject({
       nearest_m: null,
       reward: null,
@@ -46,11 +46,11 @@ describe("an account of a voyage", () => {
   });
 });
 
-it("compares only the time that both have sailed", () => {
+it("compares the time that both voyages have in common", () => {
   const late = voyage.slice(1).map((f) => ({ ...f, pilot: "straight" }));
-  const [mine, hers] = compareVoyages(voyage, late)!;
-  expect(mine.inDomain_s).toBe(0);
-  expect(hers.inDomain_s).toBe(0);
-  expect(mine.turned_rad).toBeCloseTo(radians(5));
+  const [first, second] = compareVoyages(voyage, late)!;
+  expect(first.inDomain_s).toBe(0);
+  expect(second.inDomain_s).toBe(0);
+  expect(first.turned_rad).toBeCloseTo(radians(5));
   expect(compareVoyages(voyage, [])).toBeNull();
 });

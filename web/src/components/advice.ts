@@ -5,19 +5,19 @@ import { customElement } from "lit/decorators.js";
 
 import { isHeadingKnown } from "../domain/own-motion";
 import {
+  degrees,
   formatAge,
   formatCourse,
-  degrees,
+  formatKnots,
   formatRateOfTurn,
   formatRudder,
   rudderOrder,
-  formatKnots,
 } from "../domain/units";
+import type { Banded, Frame } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
-import type { Banded, Frame } from "../protocol.gen";
 import { bandBracket, bandStyle, bandText } from "./band-bracket";
+import { StoreElement } from "./store-element";
 
 const MARGIN = 16;
 /** Height of the scale, and the top of its bar [px]. */

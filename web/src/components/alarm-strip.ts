@@ -6,14 +6,14 @@
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
+import { cpaWatch } from "../domain/cpa-watch";
 import { compareAlarms, MAX_NAMED_ALARMS } from "../domain/ranking";
 import { formatDuration, formatMiles, shortName } from "../domain/units";
-import { cpaWatch } from "../domain/cpa-watch";
+import type { Alarm } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
 import { shipBadge } from "./ship-badge";
-import type { Alarm } from "../protocol.gen";
+import { StoreElement } from "./store-element";
 
 /** Alarms shown one by one where there are more than `MAX_NAMED_ALARMS`; the list marks all. */
 const N_NAMED_WHEN_MANY = 2;

@@ -4,8 +4,8 @@ import { css, html, nothing, svg } from "lit";
 import { classMap } from "lit/directives/class-map.js";
 
 import { bracketEnds } from "../domain/certified-band";
-import type { DetailLevel } from "../settings";
 import type { Banded } from "../protocol.gen";
+import type { DetailLevel } from "../settings";
 
 /** The smallest width of the bracket [px]. */
 const MIN_WIDTH = 14;

@@ -3,8 +3,8 @@
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
+import { degrees, formatAge, formatMiles, formatRudder, shortName } from "../domain/units";
 import { compareVoyages, type VoyageSummary } from "../domain/voyage-summary";
-import { formatAge, degrees, formatMiles, formatRudder, shortName } from "../domain/units";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { StoreElement } from "./store-element";

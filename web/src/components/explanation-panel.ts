@@ -5,22 +5,22 @@ import { customElement } from "lit/decorators.js";
 
 import { criticDanger } from "../domain/ranking";
 import {
-  sweepRelativeToMidships,
-  rudderShares,
-  shipSeries,
   cachedTable,
   prioritySeries,
+  rudderShares,
+  shipSeries,
+  sweepRelativeToMidships,
 } from "../domain/series";
 import { degrees } from "../domain/units";
 import { planColours, type PlanColours } from "../plan/plan-colours";
+import type { Frame, Target } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
-import type { Frame, Target } from "../protocol.gen";
-import { shipBadge } from "./ship-badge";
 import "./line-plot";
-import { seekTo } from "./transport";
 import type { PlotLine, PlotSpec } from "./line-plot";
+import { shipBadge } from "./ship-badge";
+import { StoreElement } from "./store-element";
+import { seekTo } from "./transport";
 
 const WAYPOINT = "waypoint";
 const SHIPS = "ships";

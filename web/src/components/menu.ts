@@ -3,12 +3,12 @@
 import { css, html, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 
+import { metresToMiles, milesToMetres } from "../domain/units";
+import type { Source } from "../protocol.gen";
 import { SHORTCUTS } from "../shortcuts";
-import { milesToMetres, metresToMiles } from "../domain/units";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { inputValue, StoreElement } from "./store-element";
-import type { Source } from "../protocol.gen";
 import { VIEW_ONLY } from "./top-bar";
 
 const KINDS: [Source["kind"], string][] = [

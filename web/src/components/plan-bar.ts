@@ -5,11 +5,11 @@ import { customElement } from "lit/decorators.js";
 
 import {
   formatRingDistance,
+  type Orientation,
   RANGE_SCALES_NM,
   stepThrough,
   TRAIL_MINUTES,
   VECTOR_MINUTES,
-  type Orientation,
 } from "../domain/view";
 import { store } from "../store";
 import { shared } from "../style/shared";

@@ -7,8 +7,8 @@ import { splitAtNames } from "../domain/name-split";
 import { shortName } from "../domain/units";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "./store-element";
 import { badgeColour } from "./ship-badge";
+import { StoreElement } from "./store-element";
 
 @customElement("gh-sentence")
 export class SentencePanel extends StoreElement {

@@ -2,7 +2,7 @@
 
 import { html, type TemplateResult } from "lit";
 
-import { textColourOn, SHIP_COLOURS } from "../domain/colours";
+import { SHIP_COLOURS, textColourOn } from "../domain/colours";
 import { store } from "../store";
 
 export function badgeColour(id: string): string | null {

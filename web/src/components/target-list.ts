@@ -4,23 +4,23 @@ import { html, nothing } from "lit";
 import { customElement, state } from "lit/decorators.js";
 
 import { N_SHIP_COLOURS } from "../domain/colours";
-import { criticDanger, largestIntention, roundScale, type RankedTarget } from "../domain/ranking";
+import { criticDanger, largestIntention, type RankedTarget, roundScale } from "../domain/ranking";
 import {
   formatAge,
-  formatValue,
-  formatDuration,
   formatCourse,
+  formatDuration,
+  formatKnots,
   formatMiles,
   formatRelativeBearing,
+  formatValue,
   shortName,
-  formatKnots,
 } from "../domain/units";
+import type { Meeting } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
+import { badgeColour, shipBadge } from "./ship-badge";
 import { StoreElement } from "./store-element";
-import { shipBadge, badgeColour } from "./ship-badge";
 import { listStyle } from "./target-list.style";
-import type { Meeting } from "../protocol.gen";
 
 /** So many rows are visible on every screen. */
 const MIN_VISIBLE_ROWS = 4;

@@ -7,7 +7,7 @@ import "@oicl/openbridge-webcomponents/dist/icons/icon-palette-night.js";
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { PALETTES, type Palette } from "../domain/colours";
+import { type Palette, PALETTES } from "../domain/colours";
 import { formatTime } from "../domain/units";
 import type { DetailLevel } from "../settings";
 import { store } from "../store";

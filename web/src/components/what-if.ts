@@ -3,11 +3,11 @@
 import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
-import { formatDuration, degrees, shortName } from "../domain/units";
+import { degrees, formatDuration, shortName } from "../domain/units";
+import type { WhatIf } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { StoreElement } from "./store-element";
-import type { WhatIf } from "../protocol.gen";
 
 /** The rudder angle of the questions, or own ship's rudder limit where that is less. */
 const RUDDER_DEG = 5;

@@ -1,7 +1,7 @@
 /** Data of the plots: time in minutes and one column per line, `null` where a value is absent. */
 
-import { degrees } from "./units";
 import type { Frame, Target } from "../protocol.gen";
+import { degrees } from "./units";
 
 type Column = (number | null)[];
 export type Table = [number[], ...Column[]];

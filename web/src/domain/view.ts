@@ -1,8 +1,8 @@
 /** From positions to pixels: orientation, motion mode and range scale of the plan display. */
 
-import { bearing, distance, velocity, wrapAngle, type Position } from "./geometry";
-import { milesToMetres, radians } from "./units";
 import type { Frame } from "../protocol.gen";
+import { bearing, distance, type Position, velocity, wrapAngle } from "./geometry";
+import { milesToMetres, radians } from "./units";
 
 export type Orientation = "head-up" | "north-up" | "course-up";
 export type MotionMode = "relative" | "true";

@@ -1,12 +1,12 @@
 /** CPA ghosts: own ship and a target at their closest point of approach. */
 
 import { closestApproach } from "../domain/geometry";
-import { placeLabel, type Box } from "../domain/label-layout";
+import { type Box, placeLabel } from "../domain/label-layout";
 import { ownMotion } from "../domain/own-motion";
 import type { RankedTarget } from "../domain/ranking";
 import { formatDuration, formatMiles, milesToMetres } from "../domain/units";
 import type { Target } from "../protocol.gen";
-import { FONT, isHighlighted, isVisible, targetColour, type Context, type Scene } from "./scene";
+import { type Context, FONT, isHighlighted, isVisible, type Scene, targetColour } from "./scene";
 import * as symbol from "./symbols";
 
 /** Ghosts are drawn of approaches that are closer and sooner than this. */

@@ -1,14 +1,14 @@
 /** Numbers and names beside the ships, where there is room. */
 
 import { textColourOn } from "../domain/colours";
-import { placeLabel, type Box } from "../domain/label-layout";
+import { type Box, placeLabel } from "../domain/label-layout";
 import type { RankedTarget } from "../domain/ranking";
 import { shortName } from "../domain/units";
 import type { Point } from "../domain/view";
 import type { Target } from "../protocol.gen";
 import { drawCpaLabel } from "./cpa-ghosts";
 import { bearingLabels } from "./range-rings";
-import { FONT, isHighlighted, isVisible, shipColour, type Context, type Scene } from "./scene";
+import { type Context, FONT, isHighlighted, isVisible, type Scene, shipColour } from "./scene";
 import { vectorTip } from "./ships";
 import * as symbol from "./symbols";
 

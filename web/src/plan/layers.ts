@@ -1,9 +1,9 @@
 /** The layers of the plan display, from the bottom up. */
 
-import { drawRangeRings, drawRoute } from "./range-rings";
 import { drawCpaGhosts } from "./cpa-ghosts";
 import { drawLabels } from "./labels";
-import { FONT, type Context, type Scene } from "./scene";
+import { drawRangeRings, drawRoute } from "./range-rings";
+import { type Context, FONT, type Scene } from "./scene";
 import { drawDomain, drawOwnShip, drawTargets } from "./ships";
 import { drawComparedTrack, drawPredictedTrack, drawTrails, drawWhatIfTrack } from "./tracks";
 

@@ -1,6 +1,6 @@
 /** The colours of the canvas, read from the current palette's style sheet. */
 
-import { SHIP_COLOURS, type Palette } from "../domain/colours";
+import { type Palette, SHIP_COLOURS } from "../domain/colours";
 
 export interface PlanColours {
   sea: string;

@@ -3,16 +3,16 @@
 import { css, html } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
+import { StoreElement } from "../components/store-element";
 import type { Position } from "../domain/geometry";
-import { viewCentre, RANGE_SCALES_NM, upBearing, View, stepThrough } from "../domain/view";
+import { RANGE_SCALES_NM, stepThrough, upBearing, View, viewCentre } from "../domain/view";
 import { store } from "../store";
 import { shared } from "../style/shared";
-import { StoreElement } from "../components/store-element";
-import { planColours } from "./plan-colours";
-import { drawPlan } from "./layers";
-import { describePlan } from "./plan-description";
 import { targetAt } from "./hit-test";
-import { toPositions, ringRadius, pixelsPerMetre, type Scene } from "./scene";
+import { drawPlan } from "./layers";
+import { planColours } from "./plan-colours";
+import { describePlan } from "./plan-description";
+import { pixelsPerMetre, ringRadius, type Scene, toPositions } from "./scene";
 
 const FLASH_MS = 500;
 

@@ -1,8 +1,8 @@
 /** Range rings with true bearings, and the line to the waypoint. */
 
-import { formatRingDistance, N_RINGS, pointFrom, type Point } from "../domain/view";
 import { radians } from "../domain/units";
-import { FONT, type Context, type Scene } from "./scene";
+import { formatRingDistance, N_RINGS, type Point, pointFrom } from "../domain/view";
+import { type Context, FONT, type Scene } from "./scene";
 import * as symbol from "./symbols";
 
 /** A waypoint's line is drawn no longer than this [px]. */

@@ -4,8 +4,8 @@ import type { Position } from "../domain/geometry";
 import type { RankedTarget } from "../domain/ranking";
 import { milesToMetres } from "../domain/units";
 import type { Point, View } from "../domain/view";
-import type { SettingValues } from "../settings";
 import type { Frame } from "../protocol.gen";
+import type { SettingValues } from "../settings";
 import type { PlanColours } from "./plan-colours";
 
 export type Context = CanvasRenderingContext2D;

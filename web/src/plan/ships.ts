@@ -1,12 +1,12 @@
 /** Own ship with its domain, and the targets with their vectors and hulls. */
 
 import { domainOutline, fromBody, type Position } from "../domain/geometry";
-import type { RankedTarget } from "../domain/ranking";
 import { isHeadingKnown, ownMotion } from "../domain/own-motion";
+import type { RankedTarget } from "../domain/ranking";
 import { turnDirection } from "../domain/turn-detection";
-import { pointFrom, vectorEnd, type Point } from "../domain/view";
+import { type Point, pointFrom, vectorEnd } from "../domain/view";
 import type { Target } from "../protocol.gen";
-import { FONT, isVisible, targetColour, type Context, type Scene } from "./scene";
+import { type Context, FONT, isVisible, type Scene, targetColour } from "./scene";
 import * as symbol from "./symbols";
 
 /** Length of the mark at a vector's tip that shows a turn. */

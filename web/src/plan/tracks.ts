@@ -1,8 +1,8 @@
 /** Tracks: past positions, own ship's predicted and what-if tracks, the compared pilot's track. */
 
-import { pointFrom, type Point } from "../domain/view";
+import { type Point, pointFrom } from "../domain/view";
 import type { Frame } from "../protocol.gen";
-import { shipColour, isVisible, type Context, type Scene } from "./scene";
+import { type Context, isVisible, type Scene, shipColour } from "./scene";
 import * as symbol from "./symbols";
 
 /** Time between two points of a predicted track. */
