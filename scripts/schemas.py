@@ -10,8 +10,8 @@ from typing import Any, Union
 
 import msgspec
 
-from glasshelm.bridge import messages
-from glasshelm.frames import Frame
+from glasshelm.bridge.server import protocol
+from glasshelm.frames.schema import Frame
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -23,9 +23,9 @@ def frame_schema() -> dict[str, Any]:
 
 def protocol_schema() -> dict[str, Any]:
     """What travels over the bridge's WebSocket: ``ClientMessage`` and ``ServerMessage``."""
-    server_message = Union[tuple(messages._Said.__subclasses__())]  # noqa: UP007
+    server_message = Union[tuple(protocol._Said.__subclasses__())]  # noqa: UP007
     (_, client, server), parts = msgspec.json.schema_components(
-        [Frame, messages.Asked, server_message], ref_template="#/$defs/{name}"
+        [Frame, protocol.Asked, server_message], ref_template="#/$defs/{name}"
     )
     unions = {"ClientMessage": client, "ServerMessage": server}
     anything = {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in unions]}
