@@ -226,7 +226,7 @@ def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Se
 
 @pytest.fixture
 def open_page(chromium: Any) -> Iterator[Callable[..., Any]]:
-    """Opens the page as a new viewer and waits for a frame; an error in its console fails the test."""
+    """Opens the page as a new viewer, waits for a frame; an error in its console is a failure."""
     contexts: list[Any] = []
     errors: list[str] = []
 
