@@ -11,7 +11,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PAGE := src/glasshelm/bridge/static/index.html
 PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
 
-.PHONY: help install test page page-test demo stories bench safety fuzz lint format wheel clean
+.PHONY: help install test page page-test demo stories bench safety fuzz lint format types wheel clean
 
 help:
 	@echo "make test    all tests"
@@ -22,6 +22,8 @@ help:
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make fuzz    a million mangled lines and messages to live sessions, 100,000 to the bridge (nightly)"
 	@echo "make lint    ruff and pyright"
+	@echo "make format  ruff, eslint and prettier, with their fixes applied"
+	@echo "make types   JSON schemas of frames and messages from the code, the page's types from them"
 	@echo "make wheel   build the wheel and test it outside the tree"
 
 install: $(VENV)/installed
@@ -56,6 +58,11 @@ lint: install
 format: install
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	PYTHON=$(PYTHON) scripts/page format
+
+types: install
+	$(BIN)/python scripts/schemas.py
+	PYTHON=$(PYTHON) scripts/page types
 
 demo: install page
 	$(BIN)/glasshelm bridge

@@ -1,21 +1,17 @@
-"""The log: frames as JSON lines, appended one by one; their schema; their Parquet form.
+"""The log: frames as JSON lines, appended one by one; their Parquet form.
 
 A line is one frame as msgspec writes it (glasshelm.frames.schema). A log whose writer
 was killed may end in a torn line; reading leaves that line out.
-``python -m glasshelm.frames.frame_log docs/frame.schema.json`` writes the schema.
 """
 
 import contextlib
 import errno
-import inspect
 import itertools
-import json
 import os
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import msgspec
 
@@ -191,24 +187,3 @@ def is_episode_start(frames: Sequence[Frame], k: int) -> bool:
     """Whether nothing was remembered before frame k: the one without a reward among others."""
     beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
     return frames[k].reward is None and beside.reward is not None
-
-
-def schema() -> str:
-    """The JSON schema of a frame, as text: the same for every version of Python."""
-    return json.dumps(_clean(msgspec.json.schema(Frame)), indent=2, ensure_ascii=False) + "\n"
-
-
-def _clean(part: Any) -> Any:
-    """A schema whose descriptions are free of the indentation of docstrings."""
-    if isinstance(part, dict):
-        return {
-            name: inspect.cleandoc(value)
-            if name == "description" and isinstance(value, str)
-            else _clean(value)
-            for name, value in part.items()
-        }
-    return [_clean(value) for value in part] if isinstance(part, list) else part
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(schema(), encoding="utf-8")
