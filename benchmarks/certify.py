@@ -21,17 +21,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.certify.attack import attacked_rudders, random_rudders
-from glasshelm.certify.band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
-from glasshelm.certify.declared import Errors
-from glasshelm.certify.scene import Scene, SensorErrors, no_scene, recall
+from glasshelm.certify.adversarial import attacked_rudders, random_rudders
+from glasshelm.certify.measurements import RawPlots, SensorErrors, no_scene, recall
+from glasshelm.certify.rudder_band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
+from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.encounters.types import Encounter
-from glasshelm.learning.evaluate import evaluation_set
+from glasshelm.env.step import EnvSettings, reset, step, targets_at, waypoint_of
 from glasshelm.networks.actors import Actor
-from glasshelm.pilots.catalogue import load
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ships import KNOT_M_S, ShipParams
-from glasshelm.world.step import WorldSettings, begin, step, targets_at, waypoint_of
+from glasshelm.pilots.registry import load
+from glasshelm.ship.nomoto import KNOT_M_S, ShipParams
+from glasshelm.training.validation import evaluation_set
 
 #: Largest errors: positions [m], heading and courses [deg], speeds [kn].
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))
@@ -45,15 +45,15 @@ HEAD = (
 
 
 @jax.jit
-def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> Scene:
+def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> RawPlots:
     """Scenes [instant, voyage] every 100 s."""
 
     def first(encounter):
-        state = begin(encounter, ship)
+        state = reset(encounter, ship)
         return state, look(encounter, state, no_scene(encounter.present.shape[-1]), True)
 
     def look(encounter, state, scene, new):
-        motion = targets_at(encounter, state.step * WorldSettings().step_s)
+        motion = targets_at(encounter, state.step * EnvSettings().step_s)
         waypoint = waypoint_of(encounter, state.leg)
         return recall(scene, state.own, waypoint, motion, motion.present, new)
 
@@ -72,7 +72,7 @@ def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> Scene:
     return jax.lax.scan(leap, jax.vmap(first)(encounters), None, length=INSTANTS)[1]
 
 
-def scenes_of(pilot: LearnedPilot, count: int) -> Scene:
+def scenes_of(pilot: LearnedPilot, count: int) -> RawPlots:
     """So many scenes, drawn from all instants of all voyages."""
     ship = pilot.trained.ship
     all_ = voyages(pilot.actor, evaluation_set(ship, ENCOUNTERS), ship)
@@ -83,7 +83,7 @@ def scenes_of(pilot: LearnedPilot, count: int) -> Scene:
 
 def errors_of(position_m: float, angle_deg: float, speed_kn: float) -> SensorErrors:
     """The same largest errors for own ship and targets."""
-    return Errors(position_m, np.radians(angle_deg), speed_kn * KNOT_M_S).of_sensors()
+    return SensorErrorBounds(position_m, np.radians(angle_deg), speed_kn * KNOT_M_S).of_sensors()
 
 
 @partial(jax.jit, static_argnums=4)
@@ -102,7 +102,7 @@ def found_in(actor, scenes, errors, keys, samples):
     return jax.lax.map(lambda x: one(*x), (scenes, keys))
 
 
-def measure(pilot: LearnedPilot, cells: int, scenes: Scene, level, samples: int) -> str:
+def measure(pilot: LearnedPilot, cells: int, scenes: RawPlots, level, samples: int) -> str:
     """One row of the table."""
     actor, errors, count = certifiable(pilot), errors_of(*level), scenes.present.shape[0]
     before = time.process_time()
@@ -126,7 +126,7 @@ def measure(pilot: LearnedPilot, cells: int, scenes: Scene, level, samples: int)
     )
 
 
-def alone(pilot: LearnedPilot, scenes: Scene, cells: int) -> str:
+def alone(pilot: LearnedPilot, scenes: RawPlots, cells: int) -> str:
     """How long the band of one scene takes, one after the other."""
     errors = errors_of(10, 0.5, 0.1)
     wall, cpu = [], []

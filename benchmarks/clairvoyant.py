@@ -14,12 +14,12 @@ import time
 import jax
 import numpy as np
 
-from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.evaluation.sail import Measures, sail
-from glasshelm.evaluation.suites.random import plain_cases
+from glasshelm.encounters.random_encounters import PAPER, random_encounter
+from glasshelm.evaluation.rollout import Measures, sail
+from glasshelm.evaluation.suites.random_suite import plain_cases
 from glasshelm.pilots.clairvoyant import Clairvoyant, starting_pilots
-from glasshelm.planning.clairvoyant import Known, SearchSettings
-from glasshelm.ships import SHIPS, ShipParams
+from glasshelm.planning.cross_entropy_search import Known, SearchSettings
+from glasshelm.ship.nomoto import SHIPS, ShipParams
 
 SEED, STEPS = 6_500_000, 480
 BASE = SearchSettings()

@@ -15,14 +15,14 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 
-from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.explain.far import far_value
-from glasshelm.learning.attainable import HEADS, foretold
-from glasshelm.learning.checkpoint import read_header
-from glasshelm.learning.noise import NoiseSettings
-from glasshelm.learning.presets import config_from_dict
-from glasshelm.pilots.catalogue import SUFFIX, WEIGHTS, bundled
+from glasshelm.encounters.random_encounters import PAPER, random_encounter
+from glasshelm.explain.danger_zero import far_value
+from glasshelm.networks.checkpoint import read_header
 from glasshelm.pilots.learned import read_pilot
+from glasshelm.pilots.registry import SUFFIX, WEIGHTS, bundled
+from glasshelm.training.config import config_from_dict
+from glasshelm.training.critic_ceiling import HEADS, foretold
+from glasshelm.training.exploration import NoiseSettings
 
 SEED = 7_100_000  # never a training's or an evaluation set's
 RUDDERS = jnp.linspace(-1.0, 1.0, 21)

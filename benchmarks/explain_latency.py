@@ -22,15 +22,15 @@ os.environ["JAX_PLATFORMS"] = "cpu"
 import jax
 import numpy as np
 
-from glasshelm.encounters.random import RandomEncounters, random_encounter
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import reset
+from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.explain.shapley import Game, ship_shares
 from glasshelm.networks.actors import ActorSizes, AttentionActor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
-from glasshelm.pilots.catalogue import load
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained
-from glasshelm.world.step import begin
+from glasshelm.pilots.registry import load
 
 HEAD = (
     "| pilot | what | ships | p50 [ms] | p95 [ms] | p99 [ms] | calls |\n"
@@ -46,7 +46,7 @@ def paper_sized() -> LearnedPilot:
     return LearnedPilot(
         AttentionActor(ActorSizes(), actor_key),
         SubTaskCritic(CriticSizes(), critic_key),
-        Trained(),
+        TrainingEnvelope(),
         "paper sizes",
     )
 
@@ -54,7 +54,7 @@ def paper_sized() -> LearnedPilot:
 def observation(pilot: LearnedPilot, ships: int) -> Observation:
     """A random encounter of so many ships at its start, held by the host as a feed would."""
     ship, settings = pilot.trained.ship, RandomEncounters(targets=(ships, ships))
-    state = begin(random_encounter(jax.random.key(1), ship, settings), ship)
+    state = reset(random_encounter(jax.random.key(1), ship, settings), ship)
     return jax.device_get(state.observation)
 
 

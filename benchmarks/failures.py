@@ -17,12 +17,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from glasshelm.evaluation.entrants import ship_of
-from glasshelm.evaluation.failures import Event, counted, explain_failures
-from glasshelm.evaluation.suites.random import random_suite
-from glasshelm.pilots.catalogue import pilot_named
-from glasshelm.pilots.clairvoyant import SEERS
-from glasshelm.ships import SHIPS
+from glasshelm.evaluation.contenders import ship_of
+from glasshelm.evaluation.failure_analysis import Event, counted, explain_failures
+from glasshelm.evaluation.suites.random_suite import random_suite
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
+from glasshelm.pilots.registry import pilot_named
+from glasshelm.ship.nomoto import SHIPS
 
 
 def main() -> None:
@@ -50,7 +50,7 @@ def main() -> None:
         failures = explain_failures(
             pilot,
             pilot_named(f"{prefix}-planner"),
-            SEERS[f"{prefix}-clairvoyant"],
+            ORACLE_PILOTS[f"{prefix}-clairvoyant"],
             random_suite(ship, given.encounters).cases,
             Event(given.event),
             given.searches,

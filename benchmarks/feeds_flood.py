@@ -19,9 +19,9 @@ from datetime import UTC, datetime, timedelta
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Report
-from glasshelm.ships import SHIPS
+from glasshelm.ais.reports import Report
+from glasshelm.live.traffic_picture import TrafficPicture
+from glasshelm.ship.nomoto import SHIPS
 
 NEAR = 50
 BEGIN = datetime(2026, 6, 1, tzinfo=UTC)
@@ -62,7 +62,7 @@ def main() -> None:
     parser.add_argument("--reports", type=int, default=300_000)
     options = parser.parse_args()
     given = list(flood(options.ships, options.reports))
-    picture = Picture("flood")
+    picture = TrafficPicture("flood")
     start = time.process_time()
     for report in given:
         picture.take(report)

@@ -27,13 +27,13 @@ from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
 from glasshelm.ais.csv_file import read_csv
+from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.nmea_sentence import LONGEST_LINE, checksum_of
+from glasshelm.ais.reports import Counts
+from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
 from glasshelm.ais.table import OWN_SENSORS, Reports
-from glasshelm.feeds.deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.feeds.framing import LONGEST_LINE, checksum_of
-from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Counts
-from glasshelm.ships import KNOT_M_S, SHIPS
+from glasshelm.live.traffic_picture import TrafficPicture
+from glasshelm.ship.nomoto import KNOT_M_S, SHIPS
 
 #: A scenario is made after so many sentences or messages.
 LOOK_EVERY = 2000
@@ -227,9 +227,9 @@ def messages(count: int, chance: random.Random, good: list[str]) -> Iterator[byt
             yield disordered(message, chance).encode()
 
 
-def nmea_trial(given: Sequence[bytes]) -> tuple[Counts, Picture]:
+def nmea_trial(given: Sequence[bytes]) -> tuple[Counts, TrafficPicture]:
     """Lines through the reader of NMEA into a picture."""
-    counts, picture = Counts(), Picture("fuzz")
+    counts, picture = Counts(), TrafficPicture("fuzz")
     reader = NmeaReader(counts, live=True)
     for i, line in enumerate(given):
         report = reader.line(line)
@@ -240,9 +240,9 @@ def nmea_trial(given: Sequence[bytes]) -> tuple[Counts, Picture]:
     return counts, picture
 
 
-def signalk_trial(given: Sequence[bytes]) -> tuple[Counts, Picture]:
+def signalk_trial(given: Sequence[bytes]) -> tuple[Counts, TrafficPicture]:
     """Messages through the reader of Signal K into a picture."""
-    counts, picture = Counts(), Picture("fuzz")
+    counts, picture = Counts(), TrafficPicture("fuzz")
     reader = DeltaReader(counts)
     for i, message in enumerate(given):
         for report in reader.message(message):
@@ -251,7 +251,7 @@ def signalk_trial(given: Sequence[bytes]) -> tuple[Counts, Picture]:
     return counts, picture
 
 
-def _look(picture: Picture, i: int) -> None:
+def _look(picture: TrafficPicture, i: int) -> None:
     if i % LOOK_EVERY == LOOK_EVERY - 1:
         now = picture.heard
         if now is not None:

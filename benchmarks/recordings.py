@@ -127,10 +127,10 @@ def _nmea(path: Path, rows: int) -> int:
 
 def cut(path: Path) -> None:
     """An hour around noon as a scenario; prints what it took."""
-    from glasshelm.encounters.recorded import recorded_scenario
-    from glasshelm.encounters.source import cut as minutes
-    from glasshelm.errors import InputError
-    from glasshelm.ships import SHIPS
+    from glasshelm.core.errors import InputError
+    from glasshelm.encounters.recorded_traffic import recorded_scenario
+    from glasshelm.encounters.scenario_factory import cut as minutes
+    from glasshelm.ship.nomoto import SHIPS
 
     imported = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     begun = time.perf_counter()

@@ -19,17 +19,17 @@ import numpy as np
 from rich.progress import track
 
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
-from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.evaluation.cells import percent
+from glasshelm.encounters.random_encounters import PAPER, random_encounter
+from glasshelm.evaluation.markdown import percent
 from glasshelm.evaluation.statistics import clopper_pearson
-from glasshelm.learning.evaluate import sail_remembering
-from glasshelm.learning.reversals import WEAVING
-from glasshelm.pilots.catalogue import names, pilot_named
-from glasshelm.pilots.course import CoursePilot
+from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.course_pilot import CoursePilot
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
-from glasshelm.ships import SHIPS, ShipParams
+from glasshelm.ship.nomoto import SHIPS, ShipParams
+from glasshelm.training.course_reversals import WEAVING
+from glasshelm.training.validation import sail_remembering
 
 SEED = 7_000_000  # never a training's or an evaluation set's
 CHUNK = 500
@@ -45,7 +45,7 @@ def sail_random(
 ) -> dict[str, np.ndarray]:
     """Margins and ranges [2, number] (short, long), mean rudder, returns, number of ships."""
     draw = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))
-    parts, helm = [], Together(pilot)
+    parts, helm = [], BatchedPilot(pilot)
     for chunk in track(range(0, number, CHUNK), description=name):
         keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(seed), i))(
             chunk + jnp.arange(CHUNK)
@@ -65,7 +65,7 @@ def sail_imazu(pilot: Pilot, ship: ShipParams) -> dict[str, tuple[float, float]]
     for case in imazu_cases():
         one = imazu_scenario(case, ship).encounter
         batch = jax.tree.map(lambda x: jnp.asarray(x)[None], one)
-        helm = Together(pilot)
+        helm = BatchedPilot(pilot)
         voyage = sail_remembering(helm, helm.start(1), batch, ship, 480, 720)
         found[case] = (float(voyage.margin[1, 0]), float(voyage.range_m[1, 0]))
     return found

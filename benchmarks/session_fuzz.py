@@ -34,13 +34,13 @@ from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
 from glasshelm.ais.table import OWN_SENSORS, Reports
-from glasshelm.bridge.live import Live
-from glasshelm.bridge.messages import Limits
-from glasshelm.bridge.stage import Stage
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.source import feed_from
+from glasshelm.bridge.server.presenter import Stage
+from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.sessions.live_session import LiveSession
+from glasshelm.feeds.feed_factory import feed_from
+from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.ships import NAUTICAL_MILE_M
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: Seconds between two looks at the session.
 LOOK_S = 0.02
@@ -159,9 +159,9 @@ async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event)
     """A session that hears an address, looked at until it has healed or patience is at an end."""
     outcome = Outcome()
     feed = feed_from(address)
-    picture = Picture("fuzz")
+    picture = TrafficPicture("fuzz")
     pilot = StraightPilot()
-    live = Live("fuzz", feed, picture, pilot, "paper", logs)
+    live = LiveSession("fuzz", feed, picture, pilot, "paper", logs)
     live.ready(pilot)
     stage = Stage(live, Limits())
     listening = asyncio.create_task(stage.session.listen())

@@ -23,10 +23,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-import glasshelm.world.gym
-from glasshelm.encounters.random import PAPER, random_encounter
-from glasshelm.ships import SHIPS
-from glasshelm.world.step import begin, step
+import glasshelm.env.gymnasium_env
+from glasshelm.encounters.random_encounters import PAPER, random_encounter
+from glasshelm.env.step import reset, step
+from glasshelm.ship.nomoto import SHIPS
 
 WORLDS, STEPS, ROUNDS = 512, 60, 12
 #: World steps per GFLOP of NumPy's product on one core. Measured on a busy two-core virtual
@@ -48,7 +48,7 @@ def world_round() -> Callable[[], object]:
             return out.state, out.reward.total.sum()
 
         # The last state is kept, or XLA leaves out what only observations need.
-        return jax.lax.scan(go, jax.vmap(lambda e: begin(e, ship))(batch), rudders)
+        return jax.lax.scan(go, jax.vmap(lambda e: reset(e, ship))(batch), rudders)
 
     return lambda: jax.block_until_ready(sail(batch))
 
@@ -59,7 +59,7 @@ def product_round(size: int = 1024) -> Callable[[], object]:
 
 
 def gym_steps_per_s(seconds: float = 2.0) -> float:
-    env = gymnasium.make(glasshelm.world.gym.ID, flat=True).unwrapped
+    env = gymnasium.make(glasshelm.env.gymnasium_env.ID, flat=True).unwrapped
     action = np.zeros(1, np.float32)
     env.reset(seed=0)
     env.step(action)

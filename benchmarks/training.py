@@ -19,11 +19,11 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
-from glasshelm.learning.ddpg import DdpgSettings, begin_ddpg, cycle, pool_of
-from glasshelm.learning.evaluate import evaluation_set, sail_set
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
-from glasshelm.ships import SHIPS
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.training.ddpg import DdpgSettings, begin_ddpg, cycle, pool_of
+from glasshelm.training.validation import evaluation_set, sail_set
 
 SHIP = SHIPS["paper"]
 SETTINGS = DdpgSettings(replay=100_000)
@@ -100,7 +100,7 @@ def sb3_steps_per_s(steps: int) -> float:
     from stable_baselines3 import DDPG
     from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
-    import glasshelm.world.gym  # noqa: F401
+    import glasshelm.env.gymnasium_env  # noqa: F401
 
     def mlp(inputs: int) -> torch.nn.Sequential:
         widths = (inputs, *ActorSizes().encoder)

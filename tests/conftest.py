@@ -38,7 +38,7 @@ settings.load_profile("here")
 @pytest.fixture(autouse=True, scope="module")
 def _programs_forgotten() -> Iterator[None]:
     """Compiled programs of earlier modules are let go before there are too many to map."""
-    from glasshelm.programs import let_go_if_many  # not before its shapes are checked
+    from glasshelm.core.compile_cache import clear_if_full  # not before its shapes are checked
 
     yield
-    let_go_if_many()
+    clear_if_full()

@@ -10,9 +10,9 @@ from safetensors.numpy import save
 from tests.voyages import plain
 
 from glasshelm.cli import main
-from glasshelm.learning.checkpoint import FORMAT, read_header
-from glasshelm.logbook import write
-from glasshelm.pilots.catalogue import WEIGHTS
+from glasshelm.frames.frame_log import write
+from glasshelm.networks.checkpoint import FORMAT, read_header
+from glasshelm.pilots.registry import WEIGHTS
 
 DEEP = 100_000
 JUNK = np.random.default_rng(0).bytes(3000)
@@ -229,7 +229,7 @@ def test_what_nobody_foresaw_is_one_line(error, monkeypatch, capsys):
     def fails(*args):
         raise error
 
-    monkeypatch.setattr("glasshelm.encounters.source.scenario_from", fails)
+    monkeypatch.setattr("glasshelm.encounters.scenario_factory.scenario_from", fails)
     assert main(["run", "imazu:1", "--pilot", "straight"]) == 70
     err = capsys.readouterr().err
     assert err.startswith(f"glasshelm: internal error: {type(error).__name__}: ")
@@ -244,6 +244,6 @@ def test_a_full_disk_is_one_line(monkeypatch, capsys):
     def full(*args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("glasshelm.logbook.Logbook.write", full)
+    monkeypatch.setattr("glasshelm.frames.frame_log.Logbook.write", full)
     assert main(["run", "imazu:1", "--pilot", "straight", "--steps", "1"]) == 2
     assert capsys.readouterr().err.endswith("glasshelm: No space left on device\n")

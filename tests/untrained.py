@@ -6,15 +6,15 @@ from pathlib import Path
 
 import jax
 
-from glasshelm.encounters.random import RandomEncounters, random_encounter
-from glasshelm.learning.checkpoint import save_tree
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import reset, step
+from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.networks.actors import ActorSizes, make_actor
+from glasshelm.networks.checkpoint import save_tree
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ships import SHIPS
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained
-from glasshelm.world.step import begin, step
+from glasshelm.ship.nomoto import SHIPS
 
 ACTOR = ActorSizes(encoder=(16, 16), head=(16,), attention=(8,))
 CRITIC = CriticSizes(hidden=(16, 16))
@@ -26,7 +26,7 @@ def untrained(kind: str = "attention", critic: bool = True, seed: int = 0) -> Le
     return LearnedPilot(
         make_actor(kind, ACTOR, actor_key),
         SubTaskCritic(CRITIC, critic_key) if critic else None,
-        Trained(SHIP),
+        TrainingEnvelope(SHIP),
         f"untrained-{kind}",
     )
 
@@ -35,7 +35,7 @@ def untrained(kind: str = "attention", critic: bool = True, seed: int = 0) -> Le
 def _after_three_steps(key: jax.Array) -> Observation:
     settings = RandomEncounters(targets=(40, 40))
     encounter = random_encounter(key, SHIP, settings)
-    state = begin(encounter, SHIP)
+    state = reset(encounter, SHIP)
     for rudder in (0.05, 0.02, -0.04):
         state = step(encounter, state, jax.numpy.asarray(rudder), SHIP).state
     return state.observation

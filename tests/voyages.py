@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from glasshelm import frames as f
-from glasshelm.geometry import Vector
-from glasshelm.world.domain import danger
+from glasshelm.core.geometry import Vector
+from glasshelm.frames import schema as f
+from glasshelm.ship.domain import danger
 
 STEP_S = 5.0
 SPEED_M_S = 5.0

@@ -6,13 +6,13 @@ __version__ = "0.1.0"
 __all__ = ["__version__", "load"]
 
 if TYPE_CHECKING:
-    from glasshelm.pilots.catalogue import load
+    from glasshelm.pilots.registry import load
 
 
 def __getattr__(name: str) -> Any:
     """``glasshelm.load`` on first use: importing the package imports no JAX."""
     if name == "load":
-        from glasshelm.pilots.catalogue import load
+        from glasshelm.pilots.registry import load
 
         return load
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

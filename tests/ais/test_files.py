@@ -11,7 +11,7 @@ import pytest
 
 from glasshelm.ais.files import LONGEST_LINE, TextFile, read_document
 from glasshelm.ais.reading import kind_of
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 
 TEXT = "t,mmsi,name\n1,2,BLÅBÆR\n3,4,ØST\n"
 

@@ -4,12 +4,12 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from tests.feeds.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
+from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
 from glasshelm.ais.nmea_file import nmea_batches, read_nmea
+from glasshelm.ais.reports import Counts
 from glasshelm.ais.table import OWN_SENSORS
-from glasshelm.errors import InputError
-from glasshelm.feeds.types import Counts
+from glasshelm.core.errors import InputError
 
 
 def nmea_file(tmp_path, *lines, name="traffic.nmea"):

@@ -12,7 +12,7 @@ import pytest
 from glasshelm.ais.csv_file import BLOCK, read_csv
 from glasshelm.ais.reading import recordings
 from glasshelm.ais.table import NO_SHIP, OWN_SENSORS, Recording
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 
 NOON = datetime(2024, 6, 1, 12, tzinfo=UTC).timestamp()
 SHIP = 257111110

@@ -3,10 +3,10 @@
 import dataclasses
 import math
 
-from glasshelm import frames as f
-from glasshelm.frames import Frame
-from glasshelm.framing import ship_part
-from glasshelm.ships import SHIPS
+from glasshelm.frames import schema as f
+from glasshelm.frames.schema import Frame
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.frame_builder import ship_part
 
 SPEED_M_S = 5.0
 

@@ -14,7 +14,7 @@ import uvicorn
 from starlette.applications import Starlette
 from tests.bridge.process import PATIENCE_S
 
-from glasshelm.bridge.connections import Config, Room
+from glasshelm.bridge.server.connections import Config, Room
 
 TEXT, BINARY, CLOSE, PING = 1, 2, 8, 9
 

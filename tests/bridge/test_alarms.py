@@ -4,8 +4,8 @@ import msgspec
 import pytest
 from tests.bridge.frames import Other, frame
 
-from glasshelm.bridge.alarms import AlarmList
-from glasshelm.bridge.messages import Limits
+from glasshelm.bridge.annotate.alarms import AlarmList
+from glasshelm.bridge.server.protocol import Limits
 
 LIMITS = Limits(dcpa_m=1000.0, tcpa_s=300.0)
 END_ON = Other()  # 6 km ahead, closing at 10 m/s: CPA 0 in 600 s

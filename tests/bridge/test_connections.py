@@ -16,15 +16,15 @@ from tests.bridge.process import PATIENCE_S, start, viewing
 from tests.bridge.serving import PING, TEXT, closed_within, connected, served, upgraded, ws_frame
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from glasshelm.bridge import connections, quiet
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.connections import Connections, Room
-from glasshelm.bridge.guard import Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.server import connections, quiet_logging
+from glasshelm.bridge.server.access_control import AccessControl
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.connections import Connections, Room
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.replay_session import ReplaySession
+from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.source_list import SourceList
 
 #: No client may hold the others up for longer [s]; without bounds it was seconds.
 HELD_UP_S = 1.0
@@ -34,15 +34,15 @@ CONT = 0
 @pytest.fixture
 def small(tmp_path) -> Iterator[tuple[uvicorn.Server, int]]:
     """A server with room for few, which shows a log of ten minutes."""
-    record = Record(tmp_path / "ten.jsonl", fresh=True)
+    record = SessionLog(tmp_path / "ten.jsonl", fresh=True)
     for k in range(120):
         record.append(frame(5 * k))
     record.close()
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
     app = application(
         conductor,
-        Guard("127.0.0.1", None),
-        lambda: Again(Record(record.path, fresh=False)),
+        AccessControl("127.0.0.1", None),
+        lambda: ReplaySession(SessionLog(record.path, fresh=False)),
         static=tmp_path / "static",
         most_viewers=5,
     )
@@ -120,8 +120,8 @@ def test_an_answer_that_is_not_taken_is_given_up(tmp_path, monkeypatch):
     static = tmp_path / "static"
     static.mkdir()
     (static / "large.js").write_bytes(b"x" * 30_000_000)
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
-    app = application(conductor, Guard("127.0.0.1", None), static=static)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = application(conductor, AccessControl("127.0.0.1", None), static=static)
     with served(app) as (server, port), connected(port) as one:
         one.sendall(f"GET /large.js HTTP/1.1\r\n{HOST}\r\n".encode())
         assert _becomes(lambda: len(server.server_state.connections), 1)
@@ -227,8 +227,8 @@ def test_a_message_in_many_fragments_closes_the_socket_with_words(small):
 def test_a_viewer_who_takes_nothing_is_dropped(tmp_path, monkeypatch):
     monkeypatch.setattr(connections, "STALL_S", 1.0)
     monkeypatch.setattr(connections, "LOOK_S", 0.2)
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
-    app = application(conductor, Guard("127.0.0.1", None), static=tmp_path)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = application(conductor, AccessControl("127.0.0.1", None), static=tmp_path)
     with served(app) as (server, port), upgraded(port):
         assert _becomes(lambda: len(conductor.viewers), 1)
         (viewer,) = conductor.viewers
@@ -299,8 +299,8 @@ def test_a_server_of_few_files_is_not_locked_by_hundreds_of_idle_connections(tmp
 
 def test_lines_beyond_so_many_a_minute_are_left_out_and_counted(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(quiet.time, "monotonic", lambda: now[0])
-    few = quiet.FewLines(3)
+    monkeypatch.setattr(quiet_logging.time, "monotonic", lambda: now[0])
+    few = quiet_logging.FewLines(3)
 
     def said() -> list[str]:
         lines = []

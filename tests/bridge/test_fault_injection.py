@@ -9,33 +9,34 @@ import shutil
 from collections.abc import Callable
 
 import pytest
-from tests.bridge.test_live import Clock, Made, report
+from tests.bridge.test_live_session import Clock, Made, report
 from tests.broken_disk import BrokenDisk
 
-from glasshelm import logbook
-from glasshelm.bridge import faults as faults_module
-from glasshelm.bridge import live_record, lookout
-from glasshelm.bridge.alarms import AlarmList
-from glasshelm.bridge.bands import Bands
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.faults import Faults, one_line, supervised
-from glasshelm.bridge.live import Live
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.messages import Limits
-from glasshelm.bridge.outbox import Outbox
-from glasshelm.bridge.rules import Rules
-from glasshelm.bridge.stage import Stage
-from glasshelm.errors import InputError
-from glasshelm.feeds.again import Backoff
-from glasshelm.feeds.write_back import WriteBack
+from glasshelm.bridge.annotate import frame_annotator
+from glasshelm.bridge.annotate.alarms import AlarmList
+from glasshelm.bridge.annotate.band_worker import Bands
+from glasshelm.bridge.server import fault_log as faults_module
+from glasshelm.bridge.server.fault_log import Faults, one_line, supervised
+from glasshelm.bridge.server.presenter import Stage
+from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
+from glasshelm.bridge.sessions import live_record
+from glasshelm.bridge.sessions.live_session import LiveSession
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.source_list import SourceList
+from glasshelm.colregs.encounter_tracker import EncounterTracker
+from glasshelm.core.errors import InputError
+from glasshelm.feeds.backoff import Backoff
+from glasshelm.frames import frame_log
+from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.watch import Watch
+from glasshelm.simulation.live_advisor import LiveAdvisor
 
 CODES = [errno.ENOSPC, errno.EIO, errno.EACCES]
 
 
-class Writer(WriteBack):
+class Writer(SignalKWriter):
     """What stands on the server: the rudder and the alarms told last; None: withdrawn."""
 
     def __init__(self):
@@ -55,11 +56,13 @@ class Watched:
 
     def __init__(self, folder):
         self.feed, self.picture, self.writer = Made(), Clock(), Writer()
-        self.live = Live("tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder)
+        self.live = LiveSession(
+            "tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder
+        )
         self.stage = Stage(self.live, Limits())
-        self.conductor = Conductor(Catalogue(Shelf(folder)), folder, self.writer)
+        self.conductor = SessionHub(SourceList(LogIndex(folder)), folder, self.writer)
         self.conductor._stage, self.conductor._playing = self.stage, True
-        self.viewer = Outbox()
+        self.viewer = ViewerQueue()
         self.conductor.viewers.add(self.viewer)
         self.time_s = 0.0
         self.frames: list[dict] = []
@@ -98,7 +101,7 @@ class Watched:
         """The frames of all logs, which can be read."""
         frames = []
         for path in sorted(folder.glob("*.jsonl")):
-            frames += [frame.time_s for frame in logbook.read(path)]
+            frames += [frame.time_s for frame in frame_log.read(path)]
         return frames
 
     def close(self) -> None:
@@ -240,7 +243,7 @@ def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, mo
     shown, times = asyncio.run(voyage())
     assert shown >= 5  # it takes some reports to believe another time
     assert times == [5.0 * k for k in range(len(times))]
-    logs = [[frame.time_s for frame in logbook.read(path)] for path in tmp_path.glob("*.jsonl")]
+    logs = [[frame.time_s for frame in frame_log.read(path)] for path in tmp_path.glob("*.jsonl")]
     assert times in logs
 
 
@@ -271,15 +274,15 @@ def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path,
 PARTS = {
     "the look": (Stage, "forward"),
     "the picture": (Clock, "scenario"),
-    "the pilot": (Watch, "look"),
-    "the predicted track": (Watch, "predicted"),
-    "the rules": (Rules, "see"),
-    "the sentence": (lookout.Lookout, "_sentence"),
+    "the pilot": (LiveAdvisor, "look"),
+    "the predicted track": (LiveAdvisor, "predicted"),
+    "the rules": (EncounterTracker, "see"),
+    "the sentence": (frame_annotator.Lookout, "_sentence"),
     "the alarms": (AlarmList, "see"),
     "the bands": (Bands, "want"),
     "the session's message": (Stage, "session_now"),
     "writing back": (Writer, "tell"),
-    "the log": (live_record.Logbook, "add"),
+    "the log": (live_record.FrameLog, "add"),
 }
 NO_FRAME = {"the look", "the picture"}
 WITHDRAWN = NO_FRAME | {"the alarms", "writing back"}
@@ -366,7 +369,7 @@ def test_who_joins_while_the_disk_fails_gets_everything(watched, tmp_path, monke
         for _ in range(3):
             await one.look()
         disk.fail(1, 100_000)
-        viewer = Outbox()
+        viewer = ViewerQueue()
         await one.conductor.join(viewer)
         messages = [json.loads(await viewer.next()) for _ in range(len(viewer))]
         return {message["type"]: message for message in messages}
@@ -409,7 +412,7 @@ def test_what_runs_for_ever_is_begun_again_and_told_until_it_is_well(impatient):
 
 @pytest.mark.parametrize("what", ["keep_time", "bands", "writer"])
 def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch, what):
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path, Writer())
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, Writer())
     where = {"keep_time": conductor, "bands": conductor.bands, "writer": conductor.writer}[what]
     begun = []
 

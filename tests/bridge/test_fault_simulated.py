@@ -9,26 +9,26 @@ import pytest
 from tests.bridge.frames import Other, frame
 from tests.broken_disk import BrokenDisk
 
-from glasshelm import logbook
-from glasshelm.bridge import record as record_module
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.messages import Compare, Limits, Pilot, Play, Seek
-from glasshelm.bridge.outbox import Outbox
-from glasshelm.bridge.record import Past, Record
-from glasshelm.bridge.sailing import Sailing
-from glasshelm.bridge.stage import Stage
-from glasshelm.encounters.source import scenario_from
-from glasshelm.errors import InputError
+from glasshelm.bridge.server.presenter import Stage
+from glasshelm.bridge.server.protocol import Compare, Limits, Pilot, Play, Seek
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
+from glasshelm.bridge.sessions import session_log as record_module
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.replay_session import ReplaySession
+from glasshelm.bridge.sessions.session_log import Past, SessionLog
+from glasshelm.bridge.sessions.simulated_session import SimulatedSession
+from glasshelm.bridge.sessions.source_list import SourceList
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.scenario_factory import scenario_from
+from glasshelm.frames import frame_log
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.ships import ship_named
+from glasshelm.ship.nomoto import ship_named
 
 
-def sailing(folder) -> Sailing:
+def sailing(folder) -> SimulatedSession:
     ship = ship_named("paper")
-    return Sailing(scenario_from("imazu:1", ship), StraightPilot(), "paper", False, folder)
+    return SimulatedSession(scenario_from("imazu:1", ship), StraightPilot(), "paper", False, folder)
 
 
 class Played:
@@ -36,9 +36,9 @@ class Played:
 
     def __init__(self, folder, session):
         self.session, self.stage = session, Stage(session, Limits())
-        self.conductor = Conductor(Catalogue(Shelf(folder)), folder)
+        self.conductor = SessionHub(SourceList(LogIndex(folder)), folder)
         self.conductor._stage, self.conductor._playing = self.stage, True
-        self.viewer = Outbox()
+        self.viewer = ViewerQueue()
         self.conductor.viewers.add(self.viewer)
         self.times: list[float] = []
         self.notices: list[str] = []
@@ -95,7 +95,7 @@ def test_play_goes_on_at_the_same_step_when_the_fault_is_gone(
             await played.step()
         assert played.conductor.troubles == []
         assert played.times == [5.0 * k for k in range(5)]
-        logs = [[f.time_s for f in logbook.read(log)] for log in sorted(folder.glob("*.jsonl"))]
+        logs = [[f.time_s for f in frame_log.read(log)] for log in sorted(folder.glob("*.jsonl"))]
         assert logs == [played.times] * (1 + compared)
         played.conductor.close()
         return failed
@@ -128,7 +128,7 @@ def test_what_is_asked_on_a_failing_disk_is_refused_and_can_be_asked_again(
         await played.step()
         assert played.times == [5.0 * k for k in range(int(at) // 5 + 2)]
         assert played.conductor.troubles == []
-        read = [f.time_s for f in logbook.read(played.session.record.path)]
+        read = [f.time_s for f in frame_log.read(played.session.record.path)]
         assert read == played.times
         played.conductor.close()
         return failed
@@ -151,16 +151,16 @@ def test_a_log_removed_under_a_voyage_is_there_again_whole(tmp_path):
     played = asyncio.run(voyage())
     assert played.times == [0.0, 5.0, 10.0, 15.0]
     (log,) = tmp_path.glob("*.jsonl")
-    assert [f.time_s for f in logbook.read(log)] == played.times
+    assert [f.time_s for f in frame_log.read(log)] == played.times
     played.conductor.close()
 
 
 def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
-    logbook.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
     disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
 
     async def voyage():
-        played = Played(tmp_path, Again(Record(tmp_path / "a.jsonl", fresh=False)))
+        played = Played(tmp_path, ReplaySession(SessionLog(tmp_path / "a.jsonl", fresh=False)))
         await played.step()
         disk.fail(1)
         await played.step()
@@ -177,8 +177,8 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
 
 
 def test_a_log_that_shrank_is_told(tmp_path):
-    logbook.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
-    record = Record(tmp_path / "a.jsonl", fresh=False)
+    frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    record = SessionLog(tmp_path / "a.jsonl", fresh=False)
     os.truncate(tmp_path / "a.jsonl", 100)
     with pytest.raises(InputError, match=r"a\.jsonl: cannot read the log \(it was cut off\)"):
         record.line(4)
@@ -186,12 +186,12 @@ def test_a_log_that_shrank_is_told(tmp_path):
 
 @pytest.mark.parametrize("end", [b"", b"\n"])
 def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end):
-    monkeypatch.setattr(logbook, "LONGEST", 10_000)
+    monkeypatch.setattr(frame_log, "LONGEST", 10_000)
     path = tmp_path / "a.jsonl"
-    logbook.write(path, [frame(0.0)])
+    frame_log.write(path, [frame(0.0)])
     with open(path, "ab") as file:
         file.write(b"x" * 20_000 + end)
-    for read in (lambda: Record(path, fresh=False), lambda: list(logbook.read(path))):
+    for read in (lambda: SessionLog(path, fresh=False), lambda: list(frame_log.read(path))):
         with pytest.raises(InputError, match="line 2 is longer than any frame"):
             read()
 
@@ -199,9 +199,9 @@ def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end
 def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(record_module, "_TOLD_BYTES", 1000)
     path = tmp_path / "a.jsonl"
-    logbook.write(path, [frame(5 * k, Other()) for k in range(20)])
+    frame_log.write(path, [frame(5 * k, Other()) for k in range(20)])
     shares: list[float] = []
-    Record(path, False, shares.append)
+    SessionLog(path, False, shares.append)
     assert shares == sorted(shares)
     assert len(shares) > 5
     assert 0.0 <= shares[0] < shares[-1] <= 1.0

@@ -15,14 +15,14 @@ from tests.bridge.frames import frame
 from tests.bridge.process import PATIENCE_S, viewing
 from tests.bridge.serving import closed_within, connected, served, upgraded, ws_frame
 
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.connections import Room
-from glasshelm.bridge.guard import COOKIE, Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.server.access_control import COOKIE, AccessControl
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.connections import Room
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.replay_session import ReplaySession
+from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.source_list import SourceList
 
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 
@@ -60,14 +60,14 @@ def bridge(tmp_path_factory) -> Iterator[Served]:
     static = folder / "static"
     static.mkdir()
     (static / "index.html").write_text("the page")
-    record = Record(folder / "ten.jsonl", fresh=True)
+    record = SessionLog(folder / "ten.jsonl", fresh=True)
     for k in range(20):
         record.append(frame(5 * k))
     record.close()
-    conductor = Conductor(Catalogue(Shelf(folder)), folder)
-    guard = Guard("127.0.0.1", OWNER, VIEWER)
+    conductor = SessionHub(SourceList(LogIndex(folder)), folder)
+    guard = AccessControl("127.0.0.1", OWNER, VIEWER)
     app = application(
-        conductor, guard, lambda: Again(Record(record.path, fresh=False)), static=static
+        conductor, guard, lambda: ReplaySession(SessionLog(record.path, fresh=False)), static=static
     )
     with served(app, Room()) as (_, port):
         server = Served(port)

@@ -4,12 +4,12 @@ import asyncio
 import threading
 
 import pytest
-from tests.bridge.test_preparing import ASKED, SOON_S, Viewer, held, playing
+from tests.bridge.test_background_jobs import ASKED, SOON_S, Viewer, held, playing
 
-from glasshelm.bridge import conductor as conductor_module
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.stage import Stage
-from glasshelm.bridge.turns import MOST_ASKED, MOST_PREPARED
+from glasshelm.bridge.server import session_hub as conductor_module
+from glasshelm.bridge.server.presenter import Stage
+from glasshelm.bridge.server.request_queue import MOST_ASKED, MOST_PREPARED
+from glasshelm.bridge.server.session_hub import SessionHub
 
 __all__ = ["held"]
 
@@ -20,7 +20,7 @@ async def becomes(so) -> None:
             await asyncio.sleep(0.01)
 
 
-def shown(conductor: Conductor) -> str:
+def shown(conductor: SessionHub) -> str:
     return conductor._there().session.card.source
 
 

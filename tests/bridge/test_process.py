@@ -13,16 +13,16 @@ import uvicorn
 from tests.bridge.frames import Other, frame
 from tests.bridge.process import PATIENCE_S, free_port, start, viewing
 
-from glasshelm.bridge import connections
-from glasshelm.bridge.again import Again
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.connections import Config
-from glasshelm.bridge.guard import Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.outbox import MOST_FRAMES, MOST_OTHERS
-from glasshelm.bridge.record import Record
+from glasshelm.bridge.server import connections
+from glasshelm.bridge.server.access_control import AccessControl
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.connections import Config
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.server.viewer_queue import MOST_FRAMES, MOST_OTHERS
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.replay_session import ReplaySession
+from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.source_list import SourceList
 
 #: Never ends by itself. A pilot is tried where the server begins, and got ready in a thread.
 COMPILING = """
@@ -109,7 +109,7 @@ def test_ctrl_c_does_not_wait_for_a_compiler(tmp_path):
         process.wait(timeout=PATIENCE_S)
 
 
-class _Stream(Again):
+class _Stream(ReplaySession):
     """A log played a hundred times as fast as it can be read by anybody slow."""
 
     @property
@@ -126,14 +126,16 @@ def flood(tmp_path, monkeypatch):
     """A server of 400 frames of about 100 kB each, and its conductor."""
     # However slow the machine, she who does not read is not dropped before the end.
     monkeypatch.setattr(connections, "STALL_S", 600.0)
-    record = Record(tmp_path / "long.jsonl", fresh=True)
+    record = SessionLog(tmp_path / "long.jsonl", fresh=True)
     others = [Other(str(k), east_m=5000.0 + 100 * k, fed=False) for k in range(330)]
     for k in range(400):
         record.append(frame(5 * k, *others))
     record.close()
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
     app = application(
-        conductor, Guard("127.0.0.1", None), lambda: _Stream(Record(record.path, fresh=False))
+        conductor,
+        AccessControl("127.0.0.1", None),
+        lambda: _Stream(SessionLog(record.path, fresh=False)),
     )
     bound = socket.create_server(("127.0.0.1", 0))
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)

@@ -9,18 +9,18 @@ import urllib.request
 import pytest
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
-from tests.bridge.test_preparing import Viewer, playing
+from tests.bridge.test_background_jobs import Viewer, playing
 from tests.bridge.test_server import Page
 
-from glasshelm.bridge import messages as m
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import FOR_OWNERS, MOST_QUESTIONS, Conductor
-from glasshelm.bridge.guard import COOKIE, Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.opening import prepared
-from glasshelm.bridge.outbox import Outbox
-from glasshelm.errors import InputError
+from glasshelm.bridge.server import protocol as m
+from glasshelm.bridge.server.access_control import COOKIE, AccessControl
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.session_hub import FOR_OWNERS, MOST_QUESTIONS, SessionHub
+from glasshelm.bridge.server.viewer_queue import ViewerQueue
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.source_list import SourceList
+from glasshelm.core.errors import InputError
 
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 HERE = "http://ship.example:8470"
@@ -42,8 +42,8 @@ CHANGES = [
 
 
 def client(folder, token=OWNER, viewer_token=VIEWER, first=None, most=100) -> TestClient:
-    conductor = Conductor(Catalogue(Shelf(folder)), folder)
-    guard = Guard("0.0.0.0" if token else "127.0.0.1", token, viewer_token)
+    conductor = SessionHub(SourceList(LogIndex(folder)), folder)
+    guard = AccessControl("0.0.0.0" if token else "127.0.0.1", token, viewer_token)
     app = application(conductor, guard, first, static=folder / "static", most_viewers=most)
     return TestClient(app, base_url=HERE if token else "http://127.0.0.1:8470")
 
@@ -65,7 +65,7 @@ def test_every_request_is_either_of_the_owner_or_of_all():
 
 def test_a_viewer_sees_all_and_changes_nothing(tmp_path):
     first = prepared(
-        Catalogue(Shelf(tmp_path)), tmp_path, "imazu:1", "straight", "paper", None, None
+        SourceList(LogIndex(tmp_path)), tmp_path, "imazu:1", "straight", "paper", None, None
     )
     base = HERE.replace("http:", "ws:")
     with (
@@ -163,7 +163,7 @@ def test_without_any_token_everybody_here_is_the_owner(tmp_path):
 )
 def test_tokens_that_are_of_no_use_are_refused_in_one_line(token, viewer_token, line):
     with pytest.raises(InputError, match=line):
-        Guard("127.0.0.1", token, viewer_token)
+        AccessControl("127.0.0.1", token, viewer_token)
 
 
 def test_viewers_leave_room_for_an_owner(tmp_path):
@@ -186,13 +186,13 @@ def test_viewers_leave_questions_for_an_owner(tmp_path, monkeypatch):
     async def waiting(*args):
         await asyncio.sleep(3600)
 
-    monkeypatch.setattr(Conductor, "_answer", waiting)
+    monkeypatch.setattr(SessionHub, "_answer", waiting)
 
     async def ask():
         async with playing(tmp_path) as (conductor, owner):
             crowd = [Viewer(conductor) for _ in range(10)]
             for one in crowd:
-                one.outbox = Outbox("viewer")
+                one.outbox = ViewerQueue("viewer")
                 await one.join()
                 await one.ask("whatif", change="kept")
             assert len(conductor._questions) == MOST_QUESTIONS - FOR_OWNERS

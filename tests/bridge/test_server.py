@@ -7,17 +7,17 @@ import socket
 import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
-from glasshelm import logbook
-from glasshelm.bridge.app import application
-from glasshelm.bridge.catalogue import Catalogue
-from glasshelm.bridge.conductor import Conductor
-from glasshelm.bridge.guard import Guard
-from glasshelm.bridge.logs import Shelf
-from glasshelm.bridge.messages import LARGEST
-from glasshelm.bridge.opening import prepared
-from glasshelm.bridge.record import Record
-from glasshelm.bridge.serve import bind, serve
-from glasshelm.errors import InputError
+from glasshelm.bridge.server.access_control import AccessControl
+from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.protocol import LARGEST
+from glasshelm.bridge.server.server import bind, serve
+from glasshelm.bridge.server.session_hub import SessionHub
+from glasshelm.bridge.sessions.log_index import LogIndex
+from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.source_list import SourceList
+from glasshelm.core.errors import InputError
+from glasshelm.frames import frame_log
 
 URL = "ws://127.0.0.1/ws"
 
@@ -67,11 +67,11 @@ class Page:
 
 @contextlib.contextmanager
 def bridge(folder, source: str | None = "imazu:1", pilot: str = "straight"):
-    catalogue = Catalogue(Shelf(folder))
+    catalogue = SourceList(LogIndex(folder))
     first = None
     if source is not None:
         first = prepared(catalogue, folder, source, pilot, "paper", None, None)
-    app = application(Conductor(catalogue, folder), Guard("127.0.0.1", None), first)
+    app = application(SessionHub(catalogue, folder), AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client:
         yield client
 
@@ -109,7 +109,7 @@ def test_a_voyage_is_played_paused_sought_and_logged(tmp_path):
         log = tmp_path / viewer.session["log"]
         whole = [json.loads(line) for line in log.read_text().splitlines()]
         assert whole[:5] == viewer.frames
-        assert len(list(logbook.read(log))) == 301
+        assert len(list(frame_log.read(log))) == 301
 
 
 def test_a_late_joiner_gets_what_the_others_have_and_all_see_the_same(tmp_path):
@@ -228,7 +228,7 @@ def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path)
     file = tmp_path / "private" / "traffic.csv"
     file.parent.mkdir()
     file.write_text("MMSI\n1\n")
-    catalogue = Catalogue(Shelf(tmp_path), f"{file.parent}/./{file.name}")
+    catalogue = SourceList(LogIndex(tmp_path), f"{file.parent}/./{file.name}")
     for source, own, line in (
         ("gulf-of-finland", "1", "gulf-of-finland: no usable report of MMSI 1"),
         ("traffic.csv", None, "traffic.csv: "),
@@ -237,17 +237,17 @@ def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path)
             prepared(catalogue, tmp_path, source, "straight", None, own, None)
         assert str(told.value).startswith(line)
         assert "/" not in str(told.value)
-    gone = Catalogue(Shelf(tmp_path), f"live:{file}")
+    gone = SourceList(LogIndex(tmp_path), f"live:{file}")
     file.unlink()
     with pytest.raises(InputError, match=r"no feed 'traffic.csv' \(nor such a file\)"):
         gone.live(None)
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"^log.jsonl: cannot write the log \(its folder"):
-        Record(tmp_path / "file" / "log.jsonl", fresh=True)
+        SessionLog(tmp_path / "file" / "log.jsonl", fresh=True)
 
 
 def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
-    catalogue = Catalogue(Shelf(tmp_path))
+    catalogue = SourceList(LogIndex(tmp_path))
     for source, pilot, ship, sailed in (
         ("imazu:1", "large-ship-cpa", None, "large_ship"),
         ("imazu:1", "large-ship-cpa", "paper", "paper"),
@@ -372,7 +372,7 @@ def test_a_replayed_log_is_asked_and_one_of_other_weights_is_refused(tmp_path):
 
 
 def test_a_token_is_read_with_at_the_command_line_s_server_alone(tmp_path):
-    given = Catalogue(Shelf(tmp_path), "signalk://127.0.0.1:9", token="secret")
+    given = SourceList(LogIndex(tmp_path), "signalk://127.0.0.1:9", token="secret")
     assert given.live(None)._server._token == "secret"
     with pytest.raises(InputError, match="choose one of the catalogue"):
         prepared(given, tmp_path, "signalk://127.0.0.1:10", "straight", None, None, None)
@@ -382,8 +382,8 @@ def test_a_first_session_that_cannot_begin_ends_the_server(tmp_path):
     def first():
         raise InputError("log: cannot write the log (No space left on device)")
 
-    conductor = Conductor(Catalogue(Shelf(tmp_path)), tmp_path)
-    app = application(conductor, Guard("127.0.0.1", None), first)
+    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = application(conductor, AccessControl("127.0.0.1", None), first)
     with pytest.raises(InputError, match="No space left"):
         serve(app, bind("127.0.0.1", 0), "", browse=False, ready=lambda: None)
 
@@ -392,10 +392,10 @@ def test_a_feed_that_cannot_listen_is_told_to_who_comes_later_and_on_the_console
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         source = f"udp://127.0.0.1:{taken.getsockname()[1]}"
-        catalogue = Catalogue(Shelf(tmp_path), source)
+        catalogue = SourceList(LogIndex(tmp_path), source)
         first = prepared(catalogue, tmp_path, source, "straight", None, None, None)
-        conductor = Conductor(catalogue, tmp_path)
-        app = application(conductor, Guard("127.0.0.1", None), first)
+        conductor = SessionHub(catalogue, tmp_path)
+        app = application(conductor, AccessControl("127.0.0.1", None), first)
         with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:
             while "in use" not in str(viewer.session.get("notes")):
                 viewer.hear()

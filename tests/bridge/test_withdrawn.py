@@ -8,7 +8,7 @@ import pytest
 from tests.bridge.process import PATIENCE_S, start
 from tests.feeds.signalk_double import TOKEN, SignalKDouble
 
-from glasshelm.feeds.write_back import RUDDER, SELF
+from glasshelm.live.signalk_writer import RUDDER, SELF
 
 #: It is killed by nothing here: what it does within this, it does by itself.
 SECOND_S = 0.3

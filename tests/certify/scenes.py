@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.certify.scene import Scene, SensorErrors
+from glasshelm.certify.measurements import RawPlots, SensorErrors
 
 SCENES, SLOTS = 8, 3
 #: Largest errors [m, °, m/s].
@@ -18,7 +18,7 @@ def errors(position_m: float, course_deg: float, speed_m_s: float) -> SensorErro
     return SensorErrors(*(jnp.asarray(x, jnp.float32) for x in numbers))
 
 
-def scenes(kind: str = "around") -> Scene:
+def scenes(kind: str = "around") -> RawPlots:
     """``astern``: all within 0.2° of dead astern; ``alongside``: all sail nearly as own ship does.
 
     Nobody is there in the first scene, one ship in the second.
@@ -45,8 +45,8 @@ def scenes(kind: str = "around") -> Scene:
     present = np.ones((SCENES, SLOTS), bool)
     present[0], present[1, 1:] = False, False
     arrays = [np.stack(np.broadcast_arrays(*x), -1).astype(np.float32) for x in (ahead, rows)]
-    return Scene(jnp.asarray(arrays[0]), jnp.asarray(arrays[1]), jnp.asarray(present))
+    return RawPlots(jnp.asarray(arrays[0]), jnp.asarray(arrays[1]), jnp.asarray(present))
 
 
-def one_of(scene: Scene, number: int) -> Scene:
+def one_of(scene: RawPlots, number: int) -> RawPlots:
     return jax.tree.map(lambda x: x[number], scene)

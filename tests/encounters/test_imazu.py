@@ -4,11 +4,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from glasshelm.core.errors import InputError
+from glasshelm.core.geometry import Vector, closest_approach, velocity
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import motion_at
-from glasshelm.errors import InputError
-from glasshelm.geometry import Vector, closest_approach, velocity
-from glasshelm.ships import SHIPS
+from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]
 

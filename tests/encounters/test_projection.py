@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pyproj import Geod
 
-from glasshelm.encounters.projection import Plane
+from glasshelm.encounters.projection import LocalProjection
 
 GEOD = Geod(ellps="WGS84")
 
@@ -11,16 +11,16 @@ GEOD = Geod(ellps="WGS84")
 def test_range_and_bearing_from_the_origin_are_exact(home):
     bearing, range_m = np.array([0.0, 77.0, 181.0, 300.0]), np.array([100.0, 5e3, 2e4, 5e4])
     longitude, latitude, _ = GEOD.fwd(np.full(4, home[1]), np.full(4, home[0]), bearing, range_m)
-    east, north = Plane(*home).to_plane(latitude, longitude)
+    east, north = LocalProjection(*home).to_plane(latitude, longitude)
     np.testing.assert_allclose(np.hypot(east, north), range_m, rtol=1e-6)
     np.testing.assert_allclose(np.degrees(np.arctan2(east, north)) % 360, bearing, atol=1e-4)
-    back = Plane(*home).to_globe(east, north)
+    back = LocalProjection(*home).to_globe(east, north)
     np.testing.assert_allclose(back[0], latitude, atol=1e-9)
 
 
 def test_courses_follow_the_converging_meridians():
     # A ship 20 km east at 60° N steering true north: her way on the plane, against geodesics.
-    plane = Plane(60.0, 25.0)
+    plane = LocalProjection(60.0, 25.0)
     latitude, longitude = plane.to_globe(np.array([20_000.0]), np.array([0.0]))
     for true_deg in (0.0, 45.0, 200.0):
         course = plane.course(latitude, longitude, np.radians([true_deg]))

@@ -5,27 +5,29 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glasshelm.encounters.tracks import Row, single_track, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
 from glasshelm.encounters.types import Track, motion_at, straight_track
 
 motion = jax.jit(motion_at)
 
 
-def random_rows(rng: np.random.Generator, lasts_s: float) -> list[Row]:
+def random_rows(rng: np.random.Generator, lasts_s: float) -> list[TrackColumns]:
     rows = []
     for legs in rng.integers(1, 7, 5):
         start = np.sort(rng.uniform(-200, 1000, legs))
         east, north = rng.uniform(-5000, 5000, (2, legs))
         rows.append(
-            Row.of(start, east, north, rng.uniform(-4, 4, legs), rng.uniform(0, 9, legs), lasts_s)
+            TrackColumns.of(
+                start, east, north, rng.uniform(-4, 4, legs), rng.uniform(0, 9, legs), lasts_s
+            )
         )
     # The widest row is of fixed size, so that one compiled program serves all examples.
     start = np.linspace(0, 900, 8)
-    rows.append(Row.of(start, start, start, 0 * start, 0 * start + 5, lasts_s))
+    rows.append(TrackColumns.of(start, start, start, 0 * start, 0 * start + 5, lasts_s))
     return rows
 
 
-def by_hand(row: Row, time_s: float):
+def by_hand(row: TrackColumns, time_s: float):
     """The latest leg that has begun, if it has not ended; plain loop."""
     latest = None
     for i, start in enumerate(row.start_s):
@@ -56,7 +58,7 @@ def test_motion_of_many_legs_against_a_plain_loop(seed, time_s, lasts_s):
 
 
 def test_not_yet_heard_then_there_then_lost():
-    row = Row.of([100.0, 130.0], [0, 0], [0, 300], [0, 0], [10, 10], lasts_s=60.0)
+    row = TrackColumns.of([100.0, 130.0], [0, 0], [0, 300], [0, 0], [10, 10], lasts_s=60.0)
     track = single_track(row)
     expected = {99: None, 100: 0.0, 129: 290.0, 130: 300.0, 189: 890.0, 190: None}
     for time_s, north in expected.items():
@@ -67,13 +69,20 @@ def test_not_yet_heard_then_there_then_lost():
 
 
 def test_a_gap_between_reports_is_a_gap():
-    track = single_track(Row.of([0.0, 1000.0], [0, 0], [0, 0], [0, 0], [1, 1], lasts_s=360.0))
+    track = single_track(
+        TrackColumns.of([0.0, 1000.0], [0, 0], [0, 0], [0, 0], [1, 1], lasts_s=360.0)
+    )
     there = [bool(motion_at(track, jnp.asarray(t)).present) for t in (359.0, 361.0, 999.0, 1001.0)]
     assert there == [True, False, False, True]
 
 
 def test_absent_ships_have_finite_places():
-    track = stack_rows([Row.of([50.0], [1], [2], [0], [3], 10.0), Row.of([0], [0], [0], [0], [1])])
+    track = stack_rows(
+        [
+            TrackColumns.of([50.0], [1], [2], [0], [3], 10.0),
+            TrackColumns.of([0], [0], [0], [0], [1]),
+        ]
+    )
     for time_s in (0.0, 55.0, 1e5):
         for value in jax.tree.leaves(motion_at(track, jnp.asarray(time_s))):
             assert bool(jnp.all(jnp.isfinite(value)))
@@ -94,7 +103,7 @@ def test_a_straight_track_is_for_ever():
 def test_no_ships_and_no_slots_axis():
     empty = stack_rows([])
     assert motion_at(empty, jnp.zeros(())).present.shape == (0,)
-    one = single_track(Row.of([0.0, 1.0], [0, 0], [0, 0], [0, 0], [1, 1]))
+    one = single_track(TrackColumns.of([0.0, 1.0], [0, 0], [0, 0], [0, 0], [1, 1]))
     assert isinstance(one, Track)
     assert motion_at(one, jnp.zeros(())).present.shape == ()
 
@@ -102,7 +111,7 @@ def test_no_ships_and_no_slots_axis():
 def test_padding_legs_change_nothing():
     rng = np.random.default_rng(1)
     row = random_rows(rng, 200.0)[0]
-    long = Row.of(np.arange(9.0), *np.zeros((4, 9)))
+    long = TrackColumns.of(np.arange(9.0), *np.zeros((4, 9)))
     for time_s in (-250.0, 0.0, 400.0, 2000.0):
         alone = motion_at(stack_rows([row]), jnp.asarray(time_s))
         padded = motion_at(stack_rows([row, long]), jnp.asarray(time_s))

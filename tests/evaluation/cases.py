@@ -6,11 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.evaluation.suites.random import plain_cases
+from glasshelm.evaluation.suites.random_suite import plain_cases
 from glasshelm.evaluation.types import Case, Suite
-from glasshelm.geometry import Vector
-from glasshelm.ships import ShipState, ship_named
+from glasshelm.ship.nomoto import ShipState, ship_named
 
 SHIP = ship_named("paper")
 SPEED = float(SHIP.speed_m_s)

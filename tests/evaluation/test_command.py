@@ -5,7 +5,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from glasshelm.cli import main
-from glasshelm.evaluation import jobs
+from glasshelm.evaluation import result_cache
 
 PILOT = '''
 def starboard(seen):
@@ -42,7 +42,7 @@ def test_report_and_tables_and_nothing_sailed_twice(arguments, tmp_path, capsys,
     def never(job):
         raise AssertionError("sailed again")
 
-    monkeypatch.setattr(jobs, "done", never)
+    monkeypatch.setattr(result_cache, "done", never)
     assert main(arguments) == 0
     again = pq.read_table(tmp_path / "out" / "encounters.parquet").to_pydict()
     assert again == table

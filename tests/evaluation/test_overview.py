@@ -4,15 +4,15 @@ import dataclasses
 
 import numpy as np
 
-from glasshelm.evaluation.entrants import entrants
-from glasshelm.evaluation.exam import Examined, Provenance
+from glasshelm.evaluation.contenders import contenders_named
+from glasshelm.evaluation.examination import Examined, Provenance
+from glasshelm.evaluation.measure_columns import Sailed
 from glasshelm.evaluation.overview import overview
-from glasshelm.evaluation.results import Sailed
-from glasshelm.evaluation.suites.random import random_suite
-from glasshelm.ships import SHIPS
+from glasshelm.evaluation.suites.random_suite import random_suite
+from glasshelm.ship.nomoto import SHIPS
 
 SUITE = random_suite(SHIPS["paper"], 8)
-PILOTS = entrants(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
+PILOTS = contenders_named(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
 
 
 def sailed(name: str, pilot: int, hits: int) -> Sailed:

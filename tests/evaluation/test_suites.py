@@ -11,14 +11,14 @@ from tests.evaluation.cases import HEAD_ON, SHIP, SPEED, encounter
 
 from glasshelm.ais import reading
 from glasshelm.ais.table import Reports
-from glasshelm.encounters import recording
+from glasshelm.core.errors import InputError
+from glasshelm.encounters import recording_window
 from glasshelm.encounters.types import motion_at
-from glasshelm.errors import InputError
-from glasshelm.evaluation.suites.catalogue import suites_named
-from glasshelm.evaluation.suites.disturbed import SHIP_SHARE, disturbed_suites
-from glasshelm.evaluation.suites.random import conflicts_past_s
-from glasshelm.evaluation.suites.recorded import Windows, windows
-from glasshelm.ships import KNOT_M_S
+from glasshelm.evaluation.suites.disturbed_suite import SHIP_SHARE, disturbed_suites
+from glasshelm.evaluation.suites.random_suite import conflicts_past_s
+from glasshelm.evaluation.suites.recorded_suite import Windows, windows
+from glasshelm.evaluation.suites.suite_registry import suites_named
+from glasshelm.ship.nomoto import KNOT_M_S
 
 
 def test_a_voyage_lasts_until_its_conflicts_are_past():
@@ -157,7 +157,7 @@ def test_a_recording_is_read_once(tmp_path, monkeypatch):
     opened = []
     real = reading.recordings
     monkeypatch.setattr(
-        recording, "recordings", lambda *given: opened.append(given) or real(*given)
+        recording_window, "recordings", lambda *given: opened.append(given) or real(*given)
     )
     (suite,) = suites_named([f"recorded:{path}"], SHIP)
     assert suite.size == 2

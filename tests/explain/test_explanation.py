@@ -7,12 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.untrained import observation, untrained
 
-from glasshelm.explain.explain import cut, explain
-from glasshelm.explain.far import RANGE_M, far_ship, far_value
-from glasshelm.explain.shapley import SMALL, exact_shares, ship_shares, worth_of
-from glasshelm.explain.slots import padded, slots_for
+from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
+from glasshelm.env.padding import bucket_size, pad_observation
+from glasshelm.explain.danger_zero import RANGE_M, far_ship, far_value
+from glasshelm.explain.shapley import SMALL, exact_shapley, ship_shares, value_function
+from glasshelm.explain.step_explanation import cut, explain
 from glasshelm.pilots.learned import decide
-from glasshelm.world.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 
 PILOTS = {kind: untrained(kind) for kind in ("sum", "attention")}
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
@@ -80,7 +80,7 @@ def test_order_of_ships_changes_nothing(kind):
 )
 def test_padding_changes_nothing(kind, ships, slots):
     seen = observation(ships)
-    wide = at(kind, jax.tree.map(jnp.asarray, padded(seen, slots)))
+    wide = at(kind, jax.tree.map(jnp.asarray, pad_observation(seen, slots)))
     assert not wide.present[ships:].any()
     assert not wide.value.by_ship[ships:].any()
     bare, trimmed = at(kind, seen), cut(wide, ships)
@@ -91,7 +91,7 @@ def test_padding_changes_nothing(kind, ships, slots):
 
 @pytest.mark.parametrize("ships", [1, 2, 7, 40])
 def test_attention_is_shared_out_whole(ships):
-    why = at("attention", jax.tree.map(jnp.asarray, padded(observation(ships), 40)))
+    why = at("attention", jax.tree.map(jnp.asarray, pad_observation(observation(ships), 40)))
     np.testing.assert_allclose(why.attention.sum(), 1.0, atol=1e-5)
     assert (why.attention >= 0).all()
     assert not why.attention[ships:].any()
@@ -155,15 +155,15 @@ def test_far_value_is_the_collision_heads_own():
 
 
 def test_slots_double():
-    assert [slots_for(n) for n in (0, 1, 2, 3, 4, 5, 8, 9, 40)] == [0, 1, 2, 4, 4, 8, 8, 16, 64]
+    assert [bucket_size(n) for n in (0, 1, 2, 3, 4, 5, 8, 9, 40)] == [0, 1, 2, 4, 4, 8, 8, 16, 64]
     with pytest.raises(ValueError, match="do not fit"):
-        padded(observation(3), 2)
+        pad_observation(observation(3), 2)
 
 
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 @pytest.mark.parametrize(("ships", "slots"), [(3, 4), (5, 8), (10, 16)])
 def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
-    seen = jax.tree.map(jnp.asarray, padded(observation(ships), slots))
+    seen = jax.tree.map(jnp.asarray, pad_observation(observation(ships), slots))
     pilot = untrained(kind)
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
     exact = ship_shares("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
@@ -177,7 +177,7 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
 def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
     pilot, seen = untrained("sum"), jax.tree.map(jnp.asarray, observation(14))
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
-    exact = exact_shares(worth_of("rudder", pilot.actor, None, seen, 1.0), 14)
+    exact = exact_shapley(value_function("rudder", pilot.actor, None, seen, 1.0), 14)
     assert (why.moves.error > 0).all()
     assert (np.abs(why.moves.by_ship - exact.by_ship) < 5 * why.moves.error + 1e-6).all()
     np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)

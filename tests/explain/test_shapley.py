@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from tests.untrained import observation, untrained
 
-from glasshelm.errors import InputError
-from glasshelm.explain.coalitions import coalitions, shares
-from glasshelm.explain.shapley import exact_shares, sampled_shares, ship_shares, worth_of
+from glasshelm.core.errors import InputError
+from glasshelm.explain.coalitions import coalitions, shapley_values
+from glasshelm.explain.shapley import exact_shapley, sampled_shares, ship_shares, value_function
 from glasshelm.explain.values import values_at
 
 ORACLE = Path(__file__).parent / "shapiq.json"
@@ -25,7 +25,7 @@ def test_a_hand_solved_game():
     """A glove game: players 0 and 1 hold left gloves, 2 a right one; a pair is worth 1."""
     inside = coalitions(3)
     worth = jnp.asarray((inside[:, 2] & (inside[:, 0] | inside[:, 1])).astype(np.float32))
-    found = shares(worth)
+    found = shapley_values(worth)
     np.testing.assert_allclose(found.by_ship, [1 / 6, 1 / 6, 4 / 6], atol=1e-6)
     # Left gloves replace each other; each completes a pair with the right one half of the time.
     expected = np.array([[0, -0.5, 0.5], [-0.5, 0, 0.5], [0.5, 0.5, 0]])
@@ -42,14 +42,14 @@ def test_shares_are_means_over_all_orders_of_joining(players):
             expected[player] += worth[joined | 1 << player] - worth[joined]
             joined |= 1 << player
     expected /= factorial(players)
-    found = shares(jnp.asarray(worth, jnp.float32))
+    found = shapley_values(jnp.asarray(worth, jnp.float32))
     np.testing.assert_allclose(found.by_ship, expected, atol=1e-5)
     assert float(found.by_ship.sum()) == pytest.approx(worth[-1] - worth[0], abs=1e-5)
 
 
 @pytest.mark.parametrize("case", json.loads(ORACLE.read_text())["games"], ids=lambda c: c["name"])
 def test_the_same_as_shapiq(case):
-    found = shares(jnp.asarray(case["worth"], jnp.float32))
+    found = shapley_values(jnp.asarray(case["worth"], jnp.float32))
     np.testing.assert_allclose(found.by_ship, case["by_player"], atol=1e-5)
     np.testing.assert_allclose(found.pairs, case["pairs"], atol=1e-5)
 
@@ -96,8 +96,8 @@ def test_ships_in_another_order_have_the_same_shares():
 
 def test_samples_lie_within_their_error_of_the_exact_shares_and_add_up():
     pilot, seen = untrained(), observation(6)
-    worth = worth_of("rudder", pilot.actor, None, seen, LIMIT)
-    exact = exact_shares(worth, 6)
+    worth = value_function("rudder", pilot.actor, None, seen, LIMIT)
+    exact = exact_shapley(worth, 6)
     found = sampled_shares(worth, 6, 3, 200)
     gap = np.abs(np.asarray(found.by_ship - exact.by_ship))
     assert np.all(gap <= 4 * np.asarray(found.error) + 1e-7)

@@ -5,8 +5,8 @@ import pytest
 from tests.untrained import write_weights
 
 from glasshelm.cli import main
-from glasshelm.faithfulness import session
-from glasshelm.faithfulness.exam import MEASURES, Examined, after_layers
+from glasshelm.faithfulness import exam_session
+from glasshelm.faithfulness.exam_runner import MEASURES, Examined, after_layers
 from glasshelm.faithfulness.explainers import explainers_for
 
 
@@ -28,7 +28,7 @@ def asked(monkeypatch):
         names.append(pilot.name)
         return made_up(pilot)
 
-    monkeypatch.setattr(session, "examine", examine)
+    monkeypatch.setattr(exam_session, "examine", examine)
     return names
 
 
@@ -97,20 +97,20 @@ def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
     tmp_path, weights, asked, capsys, monkeypatch
 ):
     pilots = [weights("one"), weights("two", "sum")]
-    go_on = session.examine
+    go_on = exam_session.examine
 
     def interrupted(pilot, *what):
         if pilot.name == "two":
             raise KeyboardInterrupt
         return go_on(pilot, *what)
 
-    monkeypatch.setattr(session, "examine", interrupted)
+    monkeypatch.setattr(exam_session, "examine", interrupted)
     assert exam(tmp_path / "out", *pilots) == 130
     assert "1 of 2 pilots and seeds are kept in" in capsys.readouterr().err.replace("\n", " ")
     text = (tmp_path / "out" / "exam.md").read_text()
     assert "## one" in text
     assert (tmp_path / "out" / "exam-one.png").exists()
-    monkeypatch.setattr(session, "examine", go_on)
+    monkeypatch.setattr(exam_session, "examine", go_on)
     assert exam(tmp_path / "out", *pilots) == 0
     assert asked == ["one", "two"]
     again = (tmp_path / "out" / "exam.md").read_text()

@@ -2,9 +2,9 @@
 
 import dataclasses
 
-from glasshelm.frames import Decision, Frame, Own, Target, Waypoint
-from glasshelm.framing import ship_part
-from glasshelm.ships import SHIPS
+from glasshelm.frames.schema import Decision, Frame, Own, Target, Waypoint
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.frame_builder import ship_part
 
 
 @dataclasses.dataclass(frozen=True)

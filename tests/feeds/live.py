@@ -4,8 +4,8 @@ import asyncio
 import contextlib
 import time
 
-from glasshelm.feeds.picture import Picture
-from glasshelm.ships import SHIPS
+from glasshelm.live.traffic_picture import TrafficPicture
+from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]
 
@@ -21,7 +21,7 @@ async def until(done, within_s=300.0):
 @contextlib.asynccontextmanager
 async def pictured(feed):
     """A picture that takes what a feed reports, until the end of the block."""
-    picture = Picture(feed.title)
+    picture = TrafficPicture(feed.title)
 
     async def take():
         async with contextlib.aclosing(feed.reports()) as reports:

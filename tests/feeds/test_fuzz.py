@@ -17,11 +17,11 @@ from benchmarks.feeds_fuzz import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glasshelm.feeds.deltas import DeltaReader
-from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.picture import Picture
-from glasshelm.feeds.types import Counts, Refusal, Report
-from glasshelm.ships import SHIPS
+from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.reports import Counts, RejectReason, Report
+from glasshelm.ais.signalk_deltas import DeltaReader
+from glasshelm.live.traffic_picture import TrafficPicture
+from glasshelm.ship.nomoto import SHIPS
 
 COUNT = 3000
 
@@ -86,7 +86,7 @@ paths = st.sampled_from(
 )
 def test_any_tree_as_signal_k(tree):
     counts = Counts()
-    picture = Picture()
+    picture = TrafficPicture()
     for report in DeltaReader(counts).message(json.dumps(tree)):
         picture.take(report)
     assert counts.heard == 1
@@ -123,9 +123,9 @@ degrees = st.none() | st.floats() | st.floats(-180, 180)
     st.datetimes(),
 )
 def test_any_reports_make_a_picture(reports, now):
-    picture = Picture(slots=4)
+    picture = TrafficPicture(slots=4)
     for report in reports:
-        assert isinstance(picture.take(report), Refusal | None)
+        assert isinstance(picture.take(report), RejectReason | None)
     assert picture.counts.heard == len(reports)
     assert picture.counts.waiting == 0
     assert "\n" not in picture.state(now)

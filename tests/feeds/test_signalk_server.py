@@ -14,8 +14,8 @@ from tests.feeds.live import SHIP, pictured, running, shown, until
 from tests.feeds.signalk_server import SignalKServer, why_not
 from tests.missing import missing
 
-from glasshelm.feeds.source import feed_from, signalk_server
-from glasshelm.feeds.write_back import WriteBack
+from glasshelm.feeds.feed_factory import feed_from, signalk_server
+from glasshelm.live.signalk_writer import SignalKWriter
 
 #: AIS number under which the sample's own ship hears herself.
 ECHO = "230035780"
@@ -76,7 +76,7 @@ def test_what_is_written_is_read_back_and_withdrawn(server):
         return value
 
     async def write():
-        writer = WriteBack(signalk_server(server.address, server.token()))
+        writer = SignalKWriter(signalk_server(server.address, server.token()))
         async with running(writer.run()):
             frame = frame_of(rudder_rad=-0.05, targets=[target_of("276780000", 350.0, 240.0)])
             alarm = Alarm("276780000", "MSC X", "unacknowledged", "CPA 0.19 NM in 4:00")
@@ -155,7 +155,7 @@ def test_a_bridge_that_follows_it_writes_back_what_it_shows(server, tmp_path):
 
 def test_a_wrong_token_is_refused_in_one_line(server):
     async def write():
-        writer = WriteBack(signalk_server(server.address, "no.such.token"))
+        writer = SignalKWriter(signalk_server(server.address, "no.such.token"))
         async with running(writer.run()):
             writer.tell(frame_of(rudder_rad=0.02), [])
             await until(lambda: writer.trouble)

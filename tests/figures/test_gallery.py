@@ -4,12 +4,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import rgb_to_hsv, to_rgb
 from tests.voyages import learned, plain, voyage
 
-from glasshelm.figures import coloured, trajectories
+from glasshelm.figures import coloured_tracks, trajectories
 from glasshelm.figures.gallery import PLATES, reason
 from glasshelm.figures.priorities import at_instants, over_time, signed
-from glasshelm.figures.reasons import reasons
-from glasshelm.figures.series import series
+from glasshelm.figures.shapley_over_time import reasons
 from glasshelm.figures.style import as_svg, save
+from glasshelm.frames.series import series
 
 LEARNED, PLAIN = series(learned()), series(plain())
 
@@ -67,14 +67,14 @@ def brightness(cmap, value):
     return rgb_to_hsv(to_rgb(cmap(value)))[2]
 
 
-@pytest.mark.parametrize("cmap", [coloured.DANGER, coloured.ATTENTION])
+@pytest.mark.parametrize("cmap", [coloured_tracks.DANGER, coloured_tracks.ATTENTION])
 def test_more_is_darker(cmap):
     shades = [brightness(cmap, v) for v in np.linspace(0, 1, 20)]
     assert np.all(np.diff(shades) < 0)
 
 
 def test_danger_is_how_much_lower_than_far_off():
-    figure = coloured.danger(LEARNED)
+    figure = coloured_tracks.danger(LEARNED)
     assert figure is not None
     parts = [c for c in figure.axes[0].collections if isinstance(c, LineCollection)]
     values = np.concatenate([c.get_array() for c in parts])
@@ -82,7 +82,7 @@ def test_danger_is_how_much_lower_than_far_off():
 
 
 def test_intention_has_a_scale_with_zero_in_the_middle():
-    figure = coloured.intention(LEARNED)
+    figure = coloured_tracks.intention(LEARNED)
     assert figure is not None
     part = next(c for c in figure.axes[0].collections if isinstance(c, LineCollection))
     assert part.norm.vmin == -part.norm.vmax
@@ -129,7 +129,7 @@ def test_the_parts_of_the_rudder_are_stacked_to_either_side():
 
 
 def test_a_ship_that_moves_the_rudder_to_port_is_not_coloured_as_one_to_starboard():
-    low, middle, high = (coloured.MOVES(x)[:3] for x in (0.0, 0.5, 1.0))
+    low, middle, high = (coloured_tracks.MOVES(x)[:3] for x in (0.0, 0.5, 1.0))
     hues = [rgb_to_hsv(np.array(c))[0] for c in (low, high)]
     assert abs(hues[0] - hues[1]) > 0.2
     assert max(rgb_to_hsv(np.array(middle))[1:]) > 0.8

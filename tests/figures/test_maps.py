@@ -4,11 +4,11 @@ import pytest
 from matplotlib.colors import Normalize
 from tests.voyages import learned, voyage
 
+from glasshelm.core.geometry import Vector
 from glasshelm.figures import maps
-from glasshelm.figures.series import series
 from glasshelm.figures.style import new_figure
-from glasshelm.geometry import Vector
-from glasshelm.world.domain import danger_unclipped
+from glasshelm.frames.series import series
+from glasshelm.ship.domain import danger_unclipped
 
 
 def test_the_drawn_domain_is_where_danger_is_zero():

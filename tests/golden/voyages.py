@@ -14,22 +14,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.geometry import Vector
-from glasshelm.ships import KNOT_M_S, NAUTICAL_MILE_M, SHIPS, ShipParams, ShipState
-from glasshelm.world.step import Outcome, WorldSettings, begin, step
+from glasshelm.env.step import EnvSettings, StepResult, reset, step
+from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, SHIPS, ShipParams, ShipState
 
 HERE = Path(__file__).parent
-SETTINGS = WorldSettings()
+SETTINGS = EnvSettings()
 
 
 @functools.partial(jax.jit, static_argnames="steps")
-def _sail(encounter: Encounter, ship: ShipParams, rudder_rad, steps: int) -> Outcome:
+def _sail(encounter: Encounter, ship: ShipParams, rudder_rad, steps: int) -> StepResult:
     def go(state, _):
         out = step(encounter, state, rudder_rad, ship, SETTINGS)
         return out.state, out
 
-    return jax.lax.scan(go, begin(encounter, ship), None, length=steps)[1]
+    return jax.lax.scan(go, reset(encounter, ship), None, length=steps)[1]
 
 
 def _encounter(ship: ShipParams, targets: list[tuple[float, float, float, float]]) -> Encounter:
@@ -78,7 +78,7 @@ def held_course(what: str, targets: list[tuple[float, float, float, float]]) -> 
     steps = 240
     arrays = jax.tree.map(jnp.float32, params)
     out = _sail(_encounter(params, targets), arrays, 0.0, steps)
-    seen = out.state.observation.targets[:, 0, 0]
+    observation = out.state.observation.targets[:, 0, 0]
     return {
         "what": what,
         "target": dict(zip(("east_nm", "north_nm", "course_deg", "kn"), targets[0], strict=True)),
@@ -87,9 +87,9 @@ def held_course(what: str, targets: list[tuple[float, float, float, float]]) -> 
                 "time": _clock(i),
                 "own_north_nm": _round(out.state.own.north_m[i] / NAUTICAL_MILE_M, 3),
                 "range_nm": _round(out.range_m[i, 0] / NAUTICAL_MILE_M, 3),
-                "relative_bearing_deg": _round(seen[i, 2] * 180, 1),
-                "cpa_nm": _round(seen[i, 8] * 20_000 * 2**0.5 / NAUTICAL_MILE_M, 3),
-                "tcpa_min": _round(seen[i, 9] * 1000 / 60, 2),
+                "relative_bearing_deg": _round(observation[i, 2] * 180, 1),
+                "cpa_nm": _round(observation[i, 8] * 20_000 * 2**0.5 / NAUTICAL_MILE_M, 3),
+                "tcpa_min": _round(observation[i, 9] * 1000 / 60, 2),
                 "danger": _round(out.state.danger[i, 0], 3),
                 "reward_waypoint": _round(out.reward.waypoint[i], 4),
                 "reward_collision": _round(out.reward.by_ship[i, 0], 4),

@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
-from glasshelm.world.observe import Observation
 
 SIZES = ActorSizes(encoder=(16, 12), head=(16,), attention=(8,))
 CRITIC = CriticSizes(hidden=(16, 12))

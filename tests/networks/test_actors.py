@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from tests.networks.scenes import KEY, SIZES, observations, of_counts
 
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
+from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import ActorSizes, AttentionActor, SumActor, make_actor
 from glasshelm.networks.mlp import softsign
-from glasshelm.world.observe import Observation
 
 KINDS = ("sum", "attention")
 
@@ -40,13 +40,15 @@ def test_parameters_are_all_in_those_layers():
 @pytest.mark.parametrize("kind", KINDS)
 def test_order_of_the_ships_does_not_matter(kind, lens):
     actor = make_actor(kind, dataclasses.replace(SIZES, lens=lens), KEY)
-    seen = of_counts()
+    observation = of_counts()
     order = np.array([2, 0, 3, 1])
-    shuffled = Observation(seen.waypoint, seen.targets[:, order], seen.present[:, order])
-    np.testing.assert_allclose(actor(seen), actor(shuffled), rtol=1e-4, atol=1e-6)
+    shuffled = Observation(
+        observation.waypoint, observation.targets[:, order], observation.present[:, order]
+    )
+    np.testing.assert_allclose(actor(observation), actor(shuffled), rtol=1e-4, atol=1e-6)
     if isinstance(actor, AttentionActor):
         np.testing.assert_allclose(
-            actor.attention(seen)[:, order], actor.attention(shuffled), rtol=1e-4, atol=1e-6
+            actor.attention(observation)[:, order], actor.attention(shuffled), rtol=1e-4, atol=1e-6
         )
 
 
@@ -63,50 +65,54 @@ def test_empty_slots_do_not_matter(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_ship_and_the_waypoint_have_a_say(kind):
     actor = make_actor(kind, SIZES, KEY)
-    seen = observations(np.ones((1, 3)))
-    base = float(actor(seen)[0])
+    observation = observations(np.ones((1, 3)))
+    base = float(actor(observation)[0])
     for ship in range(3):
-        other = eqx.tree_at(lambda s: s.targets, seen, seen.targets.at[0, ship].add(0.5))
+        other = eqx.tree_at(
+            lambda s: s.targets, observation, observation.targets.at[0, ship].add(0.5)
+        )
         assert abs(float(actor(other)[0]) - base) > 1e-5
-    other = eqx.tree_at(lambda s: s.waypoint, seen, seen.waypoint + 0.5)
+    other = eqx.tree_at(lambda s: s.waypoint, observation, observation.waypoint + 0.5)
     assert abs(float(actor(other)[0]) - base) > 1e-5
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_without_ships_the_traffic_feature_is_zero(kind):
     actor = make_actor(kind, SIZES, KEY)
-    seen = observations(np.zeros((2, 3)))
-    own = actor.encode_waypoint(seen.waypoint.reshape(2, 15))
+    observation = observations(np.zeros((2, 3)))
+    own = actor.encode_waypoint(observation.waypoint.reshape(2, 15))
     expected = softsign(actor.head(softsign(own)))[:, 0]
-    np.testing.assert_allclose(actor(seen), expected, rtol=1e-5, atol=1e-6)
-    no_slots = Observation(seen.waypoint, seen.targets[:, :0], seen.present[:, :0])
+    np.testing.assert_allclose(actor(observation), expected, rtol=1e-5, atol=1e-6)
+    no_slots = Observation(
+        observation.waypoint, observation.targets[:, :0], observation.present[:, :0]
+    )
     np.testing.assert_allclose(actor(no_slots), expected, rtol=1e-5, atol=1e-6)
 
 
 def test_sum_actor_is_eq_20_and_21():
     actor = SumActor(SIZES, KEY)
-    seen = observations(np.ones((1, 3)))
-    feature = actor.encode_waypoint(seen.waypoint[0].reshape(15))
+    observation = observations(np.ones((1, 3)))
+    feature = actor.encode_waypoint(observation.waypoint[0].reshape(15))
     for ship in range(3):
-        feature = feature + actor.encode_target(seen.targets[0, ship].reshape(50))
+        feature = feature + actor.encode_target(observation.targets[0, ship].reshape(50))
     expected = softsign(actor.head(softsign(feature)))
-    np.testing.assert_allclose(actor(seen)[0], expected[0], rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(actor(observation)[0], expected[0], rtol=1e-4, atol=1e-6)
 
 
 def test_attention_is_eq_23():
     actor = AttentionActor(SIZES, KEY)
-    seen = observations(np.ones((1, 3)))
-    s = seen.targets[0].reshape(3, 50)
+    observation = observations(np.ones((1, 3)))
+    s = observation.targets[0].reshape(3, 50)
     score = np.array(
         [sum(float(actor.score(jnp.concatenate([a, b]))[0]) for b in s) for a in s]
     )  # summed over j, j = i included
     alpha = np.exp(score - score.max())
     alpha /= alpha.sum()
-    np.testing.assert_allclose(actor.attention(seen)[0], alpha, rtol=1e-3)
-    own = actor.encode_waypoint(seen.waypoint[0].reshape(15))
+    np.testing.assert_allclose(actor.attention(observation)[0], alpha, rtol=1e-3)
+    own = actor.encode_waypoint(observation.waypoint[0].reshape(15))
     traffic = sum(w * actor.encode_target(row) for w, row in zip(alpha, s, strict=True))
     expected = softsign(actor.head(softsign(own + traffic)))
-    np.testing.assert_allclose(actor(seen)[0], expected[0], rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(actor(observation)[0], expected[0], rtol=1e-3, atol=1e-5)
 
 
 def test_attention_sums_to_one_over_the_ships_present():
@@ -120,9 +126,9 @@ def test_attention_sums_to_one_over_the_ships_present():
 
 def test_rudder_stays_within_the_limits_and_reaches_near_them():
     actor = make_actor("sum", SIZES, KEY)
-    seen = of_counts()
+    observation = of_counts()
     loud = eqx.tree_at(lambda a: a.head.weights[-1], actor, actor.head.weights[-1] * 1e4)
-    rudder = np.abs(np.asarray(loud(seen)))
+    rudder = np.abs(np.asarray(loud(observation)))
     assert (rudder < 1).all()
     assert rudder.max() > 0.99
 

@@ -45,7 +45,7 @@ def test_first_product_may_be_built_in_parts():
     mlp = Mlp((5, 6, 2), relu, KEY)
     x = jax.random.normal(KEY, (4, 5))
     parts = x[:, :2] @ mlp.weights[0][:2] + x[:, 2:] @ mlp.weights[0][2:]
-    np.testing.assert_allclose(mlp.rest(parts), mlp(x), rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(mlp.from_first_product(parts), mlp(x), rtol=1e-5, atol=1e-6)
 
 
 def test_initial_outputs_neither_die_nor_explode():

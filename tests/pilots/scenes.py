@@ -3,11 +3,11 @@
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.geometry import Vector
-from glasshelm.ships import SHIPS, ShipParams, ShipState
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import begin
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import reset
+from glasshelm.ship.nomoto import SHIPS, ShipParams, ShipState
 
 #: Nearly a point: she answers the rudder at once, so that closed forms hold without a turn.
 AGILE = ShipParams(5.0, 0.5, float(np.radians(5)), float("inf"), 340.0, 60.0, 5.0)
@@ -24,10 +24,12 @@ def meeting(*rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"
     )
 
 
-def seen(*rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"]) -> Observation:
+def observation(
+    *rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"]
+) -> Observation:
     """What she sees of :func:`meeting` at the start."""
     encounter = meeting(*rows, heading_deg=heading_deg, waypoint=waypoint, ship=ship)
-    return begin(encounter, ship).observation
+    return reset(encounter, ship).observation
 
 
 def colliding(course_deg, speed_m_s=5.0, tcpa_s=900.0, ship=SHIPS["paper"]):

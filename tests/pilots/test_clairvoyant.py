@@ -8,16 +8,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from glasshelm.encounters.random import RandomEncounters
-from glasshelm.evaluation.sail import sail
+from glasshelm.core.geometry import Vector
+from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.evaluation.rollout import sail
 from glasshelm.evaluation.types import Case
-from glasshelm.geometry import Vector
-from glasshelm.learning.worlds import draw_encounters
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
+from glasshelm.pilots.protocols import OraclePilot, Pilot
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.pilots.types import Pilot, Seer
-from glasshelm.planning.clairvoyant import Known, SearchSettings, as_sailed, improve_all
-from glasshelm.ships import SHIPS
+from glasshelm.planning.cross_entropy_search import Known, SearchSettings, as_sailed, improve_all
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.training.vector_env import draw_encounters
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
@@ -91,9 +91,9 @@ def test_what_is_found_is_never_worse_than_where_it_began_and_mostly_better(know
 
 def test_what_is_found_does_not_depend_on_the_company(known):
     seer = Clairvoyant(SHIP, "seer", (StraightPilot(),), SETTINGS)
-    assert isinstance(seer, Seer)
+    assert isinstance(seer, OraclePilot)
     assert not isinstance(seer, Pilot)
-    assert not isinstance(StraightPilot(), Seer)
+    assert not isinstance(StraightPilot(), OraclePilot)
     all_of_them = seer.knowing(known).rudders
     some = np.array([5, 2, 5])
     np.testing.assert_array_equal(

@@ -9,17 +9,17 @@ from tests.pilots.scenes import colliding, meeting
 from tests.untrained import untrained, write_weights
 
 import glasshelm
-from glasshelm.encounters.source import scenario_from
-from glasshelm.errors import InputError
-from glasshelm.pilots.catalogue import bundled, load, names, pilot_named
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.scenario_factory import scenario_from
+from glasshelm.env.step import reset, step
+from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.guarded import GuardedPilot, learned_in
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import bundled, load, names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
-from glasshelm.report.story import story
-from glasshelm.ships import SHIPS
-from glasshelm.voyage import sail
-from glasshelm.world.step import begin, step
+from glasshelm.report.narrative import story
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.voyage import simulate
 
 SHIP = SHIPS["paper"]
 
@@ -46,7 +46,7 @@ def sailed(pilot, encounter, steps):
         margin = jnp.where(encounter.present, out.margin, -1.0).max()
         return (out.state, memory), (margin, action, guards)
 
-    begun = begin(encounter, SHIP), pilot.start()
+    begun = reset(encounter, SHIP), pilot.start()
     _, (margin, action, guards) = jax.lax.scan(go, begun, length=steps)
     return margin.max(), action, guards
 
@@ -104,9 +104,9 @@ def test_it_looks_once_a_minute():
 def test_one_world_and_many_are_steered_alike():
     pilot = GuardedPilot(reckless())
     encounters = [meeting(colliding(c, tcpa_s=900)) for c in (180, 270)]
-    observed = [begin(e, SHIP).observation for e in encounters]
+    observed = [reset(e, SHIP).observation for e in encounters]
     batch = jax.tree.map(lambda *x: jnp.stack(x), *observed)
-    helm = Together(pilot)
+    helm = BatchedPilot(pilot)
     together, memory = helm(batch, helm.start(2))
     for k, one in enumerate(observed):
         alone, own = pilot.steer(one, pilot.start())
@@ -118,7 +118,7 @@ def test_one_world_and_many_are_steered_alike():
 def voyage():
     """Imazu 21, where the pilot of the large ship is guarded for many minutes."""
     scenario = scenario_from("imazu:21", SHIPS["large_ship"])
-    return list(sail(scenario, pilot_named("large-ship-sum-guarded"), 300))
+    return list(simulate(scenario, pilot_named("large-ship-sum-guarded"), 300))
 
 
 def test_frames_say_who_has_the_helm_and_what_the_guard_sees(voyage):

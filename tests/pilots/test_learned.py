@@ -9,14 +9,14 @@ import pytest
 from tests.untrained import SHIP, observation, untrained, write_weights
 
 import glasshelm
-from glasshelm.encounters.random import PAPER
-from glasshelm.errors import InputError
-from glasshelm.learning.checkpoint import CheckpointError, save_tree
-from glasshelm.learning.presets import PRESETS, config_to_dict
-from glasshelm.pilots import catalogue, learned
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.random_encounters import PAPER
+from glasshelm.env.training_envelope import LARGEST
+from glasshelm.networks.checkpoint import CheckpointError, save_tree
+from glasshelm.pilots import learned, registry
+from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.pilots.types import Pilot
-from glasshelm.world.outside import LARGEST
+from glasshelm.training.config import PRESETS, config_to_dict
 
 
 @pytest.fixture
@@ -81,24 +81,24 @@ def test_a_number_that_is_none_is_named():
 
 def test_an_unknown_pilot_is_answered_with_the_known_ones(monkeypatch, tmp_path):
     write_weights(tmp_path / "bundled-one.safetensors")
-    monkeypatch.setattr(catalogue, "WEIGHTS", tmp_path)
+    monkeypatch.setattr(registry, "WEIGHTS", tmp_path)
     with pytest.raises(
         InputError, match=r"unknown pilot 'nobody'.*bundled-one, bundled-one-guarded, straight"
     ) as caught:
-        catalogue.pilot_named("nobody")
+        registry.pilot_named("nobody")
     one_line(caught)
-    assert catalogue.pilot_named("bundled-one").name == "bundled-one"
-    assert isinstance(catalogue.pilot_named("straight"), StraightPilot)
+    assert registry.pilot_named("bundled-one").name == "bundled-one"
+    assert isinstance(registry.pilot_named("straight"), StraightPilot)
     with pytest.raises(InputError, match="unknown pilot 'straight': choose one of bundled-one"):
-        catalogue.load("straight")
+        registry.load("straight")
 
 
 def test_a_ship_has_a_default_pilot(monkeypatch, tmp_path):
-    monkeypatch.setattr(catalogue, "WEIGHTS", tmp_path)
-    assert catalogue.default_pilot("large_ship") == "large-ship-attention"
+    monkeypatch.setattr(registry, "WEIGHTS", tmp_path)
+    assert registry.default_pilot("large_ship") == "large-ship-attention"
     for actor in ("sum", "attention"):
         (tmp_path / f"large-ship-{actor}.safetensors").touch()
-        assert catalogue.default_pilot("large_ship") == f"large-ship-{actor}"
+        assert registry.default_pilot("large_ship") == f"large-ship-{actor}"
 
 
 def test_missing_damaged_and_truncated_files(weights):
@@ -161,7 +161,7 @@ def test_importing_the_package_imports_no_jax():
         glasshelm.lode  # noqa: B018
 
 
-@pytest.mark.parametrize("name", catalogue.bundled())
+@pytest.mark.parametrize("name", registry.bundled())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
     pilot, seen = glasshelm.load(name), observation(2)

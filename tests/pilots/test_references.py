@@ -13,26 +13,26 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import AGILE, colliding, seen
+from tests.pilots.scenes import AGILE, colliding, observation
 
+from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.core.geometry import Cpa, Vector, direction, norm, velocity
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import Encounter
-from glasshelm.geometry import Cpa, Vector, direction, norm, velocity
-from glasshelm.pilots.cpa import CpaSettings, cpa_course
-from glasshelm.pilots.fuzzy import FuzzySettings, fuzzy_risk
-from glasshelm.pilots.potential import PotentialSettings, potential_course
-from glasshelm.pilots.scenarios import ScenarioSettings, scenario_course
-from glasshelm.pilots.velocity import (
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import reset
+from glasshelm.pilots.cpa_rule import CpaSettings, cpa_course
+from glasshelm.pilots.fuzzy_risk import FuzzySettings, fuzzy_risk
+from glasshelm.pilots.potential_field import PotentialSettings, potential_course
+from glasshelm.pilots.scenario_mpc import ScenarioSettings, scenario_course
+from glasshelm.pilots.velocity_obstacles import (
     VelocitySettings,
     passes_to_starboard,
     velocity_course,
 )
-from glasshelm.planning.course import situation_of
-from glasshelm.planning.helm import helm_of
-from glasshelm.planning.meeting import Meeting, meetings
-from glasshelm.ships import KNOT_M_S, SHIPS
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import begin
+from glasshelm.planning.course_planner import situation_of
+from glasshelm.ship.autopilot import autopilot_for
+from glasshelm.ship.nomoto import KNOT_M_S, SHIPS
 
 FOUND = json.loads((Path(__file__).parent / "references.json").read_text(encoding="utf-8"))
 SHIP = dataclasses.replace(AGILE, speed_m_s=10 * KNOT_M_S)
@@ -40,7 +40,7 @@ CASES = tuple(imazu_cases())
 
 
 def three_slots(encounter: Encounter) -> Observation:
-    found = begin(encounter, SHIP).observation
+    found = reset(encounter, SHIP).observation
     empty = 3 - found.present.shape[0]
     return Observation(
         found.waypoint,
@@ -110,7 +110,7 @@ def test_the_field_points_where_the_reference_s_potential_falls():
     settings = PotentialSettings(found["influence_m"], found["radius_m"], found["strength"])
     rule = jax.jit(lambda s: potential_course(s, jnp.zeros(()), SHIP, settings))
     for east, north, theirs in found["east_north_course"]:
-        ours = math.degrees(float(rule(seen((east, north, 0.0, 5.0), ship=SHIP))))
+        ours = math.degrees(float(rule(observation((east, north, 0.0, 5.0), ship=SHIP))))
         assert (ours - theirs + 180) % 360 - 180 == pytest.approx(0.0, abs=1.0)
 
 
@@ -118,7 +118,7 @@ def test_the_helmsman_is_fossen_s_pole_placement():
     assert len(FOUND["pd"]) >= 10
     for gain, lag, error, rate, theirs in FOUND["pd"]:
         ship = SHIPS["paper"] if gain > 0.1 else SHIPS["large_ship"]
-        helm = dataclasses.replace(helm_of(ship), limit_rad=math.inf)
+        helm = dataclasses.replace(autopilot_for(ship), limit_rad=math.inf)
         assert (gain, lag) == (ship.gain_1_s, ship.time_constant_s)
         ours = helm.rudder_rad(jnp.float32(error), jnp.float32(rate))
         assert float(ours) == pytest.approx(theirs, rel=1e-4, abs=1e-6)
@@ -147,7 +147,7 @@ def test_the_cpa_rule_alters_to_the_reference_s_side_by_no_less_than_it_must():
     assert len(found["course_alteration_deg"]) >= 10
     for course, theirs in found["course_alteration_deg"]:
         row = colliding(course, SHIP.speed_m_s, found["tcpa_s"], SHIP)
-        ours = math.degrees(float(rule(seen(row, ship=SHIP))))
+        ours = math.degrees(float(rule(observation(row, ship=SHIP))))
         assert ours > 0, course
         assert theirs > 0, course
         assert ours >= settings.alterations_deg[0] - 1e-3

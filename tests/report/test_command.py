@@ -2,7 +2,7 @@ import pytest
 from tests.voyages import plain
 
 from glasshelm.cli import main
-from glasshelm.logbook import read, write
+from glasshelm.frames.frame_log import read, write
 
 
 @pytest.fixture
@@ -14,7 +14,7 @@ def drawn(monkeypatch):
         asked.append((len(frames), folder, title))
         return folder / "report.html"
 
-    monkeypatch.setattr("glasshelm.report.write.write_report", only_write)
+    monkeypatch.setattr("glasshelm.report.write_report.write_report", only_write)
     return asked
 
 
@@ -54,7 +54,7 @@ def test_ctrl_c_keeps_the_frames(tmp_path, drawn, capsys, monkeypatch):
         yield from plain()[:5]
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("glasshelm.voyage.sail", cut)
+    monkeypatch.setattr("glasshelm.simulation.voyage.sail", cut)
     out = tmp_path / "out"
     assert main(["explain", "imazu:1", "--pilot", "straight", "--out", str(out)]) == 130
     assert len(list(read(out / "frames.jsonl"))) == 5

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from tests.untrained import untrained
 
-from glasshelm.encounters.random import random_scenario
-from glasshelm.encounters.source import scenario_from
-from glasshelm.errors import InputError
-from glasshelm.frames import Frame
-from glasshelm.framing import DECIMALS
-from glasshelm.pilots.catalogue import UNTRAINED, pilot_named
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.random_encounters import random_scenario
+from glasshelm.encounters.scenario_factory import scenario_from
+from glasshelm.frames.schema import Frame
+from glasshelm.pilots.registry import UNTRAINED, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.ships import SHIPS
-from glasshelm.voyage import Voyage, sail
-from glasshelm.whatif.account import account, differences
-from glasshelm.whatif.answer import what_if
+from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.frame_builder import DECIMALS
+from glasshelm.simulation.voyage import Voyage, simulate
+from glasshelm.whatif.ask import what_if
 from glasshelm.whatif.branch import branch_at
-from glasshelm.whatif.changes import Blind, Deleted, KeptCourse, Rudder
-from glasshelm.whatif.future import Future, future
+from glasshelm.whatif.changes import Deleted, Hidden, KeptCourse, Rudder
+from glasshelm.whatif.counterfactual_rollout import Future, future
+from glasshelm.whatif.outcome import account, differences
 
 SHIP = SHIPS["paper"]
 STEPS = 60
@@ -43,13 +43,13 @@ def learned():
 @pytest.fixture(scope="module")
 def imazu_log(learned):
     """Imazu's case 5: one ship ahead, one crossing from starboard; she alters to port at once."""
-    return logged(sail(scenario_from("imazu:5", SHIP), learned, 2 * STEPS))
+    return logged(simulate(scenario_from("imazu:5", SHIP), learned, 2 * STEPS))
 
 
 @pytest.fixture(scope="module")
 def advice_log(learned):
     """A recording with ships that come, are lost, and are not shown to the pilot."""
-    return logged(sail(scenario_from("gulf-of-finland", SHIP), learned, 60, advise=True))
+    return logged(simulate(scenario_from("gulf-of-finland", SHIP), learned, 60, advise=True))
 
 
 @pytest.mark.parametrize("number", [0, 2, 4, 37, 119])
@@ -78,7 +78,7 @@ def test_branch_of_a_recording_decides_as_the_log_did(advice_log, learned, numbe
 def test_what_a_pilot_keeps_in_mind_is_rebuilt(name):
     """These choose a course every sixth decision: a branch in between must not choose anew."""
     pilot = UNTRAINED[name]
-    frames = logged(sail(random_scenario(35, SHIP), pilot, 40))
+    frames = logged(simulate(random_scenario(35, SHIP), pilot, 40))
     branch = branch_at(frames, 15, pilot, 20)
     assert int(branch.premise.memory.age) == 15
     sailed = future(branch, (), 20)
@@ -89,7 +89,7 @@ def test_what_a_pilot_keeps_in_mind_is_rebuilt(name):
 def test_who_had_the_helm_is_rebuilt():
     """The guard looks every twelfth decision: in between a branch goes on as it found then."""
     pilot, ship = pilot_named("large-ship-sum-guarded"), SHIPS["large_ship"]
-    frames = logged(sail(scenario_from("imazu:21", ship), pilot, 40))
+    frames = logged(simulate(scenario_from("imazu:21", ship), pilot, 40))
     assert frames[15].guard.steers
     sailed = future(branch_at(frames, 15, pilot, 20), (), 20)
     wanted = [f.decision.rudder_rad for f in frames[15:36]]
@@ -99,7 +99,7 @@ def test_who_had_the_helm_is_rebuilt():
 def test_an_order_is_no_guards():
     """While a rudder is ordered nobody else has the helm, whatever the guard would do."""
     pilot, ship = pilot_named("large-ship-sum-guarded"), SHIPS["large_ship"]
-    frames = logged(sail(scenario_from("imazu:21", ship), pilot, 20))
+    frames = logged(simulate(scenario_from("imazu:21", ship), pilot, 20))
     told = what_if(frames, 13, pilot, [Rudder(5.0, 30.0)], minutes=1.0, explained=True)
     ordered = told.other.frames()
     assert all(f.guard.steers for f in told.fact.frames())
@@ -175,7 +175,7 @@ def same(one: Future, two: Future) -> bool:
 
 
 def test_without_the_only_ship_the_pilot_returns_to_the_waypoints_course(learned):
-    frames = logged(sail(scenario_from("imazu:1", SHIP), learned, 240))
+    frames = logged(simulate(scenario_from("imazu:1", SHIP), learned, 240))
     aside = [abs(bearing(f)) for f in frames]
     number = int(np.argmax(aside))
     assert np.degrees(aside[number]) > 4, "she gives way in this case"
@@ -210,12 +210,12 @@ def test_blind_to_a_ship_that_is_not_fed_changes_nothing(advice_log, learned):
     )
     assert far.range_m > 20_000
     branch = branch_at(advice_log, number, learned, 20)
-    assert same(future(branch, [Blind(far.id)], 20), future(branch, (), 20))
+    assert same(future(branch, [Hidden(far.id)], 20), future(branch, (), 20))
 
 
 def test_blind_and_deleted_steer_alike_but_only_one_ship_is_there(imazu_log, learned):
     branch = branch_at(imazu_log, 0, learned, 360)
-    blind, gone = (future(branch, [change], 360) for change in (Blind("2"), Deleted("2")))
+    blind, gone = (future(branch, [change], 360) for change in (Hidden("2"), Deleted("2")))
     np.testing.assert_array_equal(blind.moments.own.east_m, gone.moments.own.east_m)
     told = account(blind)
     assert {ship.id for ship in told.ships} == {"1", "2"}
@@ -287,7 +287,7 @@ def test_frames_of_a_changed_future_say_so_and_explain(imazu_log, learned):
 
 
 def test_numbers_of_a_future_are_those_of_its_frames(imazu_log, learned):
-    told = what_if(imazu_log, 0, learned, [Blind("2")], minutes=30.0)
+    told = what_if(imazu_log, 0, learned, [Hidden("2")], minutes=30.0)
     for sailed, numbers in ((told.fact, told.fact_account), (told.other, told.other_account)):
         frames = sailed.frames()
         range_m, id = min((t.range_m, t.id) for f in frames for t in f.targets)
@@ -301,7 +301,7 @@ def test_numbers_of_a_future_are_those_of_its_frames(imazu_log, learned):
 
 def test_an_untrained_pilot_without_critic_can_be_asked_too():
     pilot = untrained(critic=False)
-    frames = logged(sail(random_scenario(5, SHIP), pilot, 10))
+    frames = logged(simulate(random_scenario(5, SHIP), pilot, 10))
     told = what_if(frames, 10, pilot, [KeptCourse()], minutes=1.0, explained=True)
     assert told.other.frames()[0].value is None
 

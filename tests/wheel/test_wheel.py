@@ -38,16 +38,16 @@ def test_data_are_inside():
 
 
 def test_every_bundled_pilot_steers():
-    from glasshelm.encounters.source import scenario_from
-    from glasshelm.pilots.catalogue import bundled
-    from glasshelm.ships import SHIPS
-    from glasshelm.world.step import begin
+    from glasshelm.encounters.scenario_factory import scenario_from
+    from glasshelm.env.step import reset
+    from glasshelm.pilots.registry import bundled
+    from glasshelm.ship.nomoto import SHIPS
 
     scenario = scenario_from("imazu:5", SHIPS["paper"])
-    seen = begin(scenario.encounter, scenario.ship).observation
+    observation = reset(scenario.encounter, scenario.ship).observation
     for name in bundled():
         pilot = glasshelm.load(name)
-        rudder, _ = pilot.steer(seen, pilot.start())
+        rudder, _ = pilot.steer(observation, pilot.start())
         assert -1 < float(rudder) < 1
 
 

@@ -1,1 +1,1 @@
-"""AIS as data: what its numbers may be, tables of reports, and the files that hold them."""
+"""AIS as data: decoding, files, tables, cleaning, plausibility, time."""

@@ -17,7 +17,7 @@ from glasshelm.ais.limits import (
     is_vessel_mmsi,
 )
 from glasshelm.ais.table import OWN_SENSORS, Reports, counted
-from glasshelm.ships import KNOT_M_S
+from glasshelm.ship.nomoto import KNOT_M_S
 
 #: A ship goes no farther than her highest speed takes her, beyond the error of two positions [m].
 POSITION_ERROR_M = 100.0

@@ -19,7 +19,7 @@ from glasshelm.ais.columns import NOTHING, missing, pc, places, recording_of
 from glasshelm.ais.files import TextFile
 from glasshelm.ais.table import Recording, Reports
 from glasshelm.ais.tally import Tally
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 
 #: Bytes of a table that are read at once.
 BLOCK = 4 << 20

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 
 #: A line is not longer [bytes]; what is, is no line of AIS.
 LONGEST_LINE = 65_536

@@ -9,7 +9,7 @@ def is_number(identity: str) -> bool:
     return identity.isascii() and identity.isdigit()
 
 
-def called(mmsi: int | str) -> str:
+def station_label(mmsi: int | str) -> str:
     """``MMSI 230035780``; of a sender of distress ``SART 970012345``."""
     text = str(mmsi)
     kind = _DISTRESS.get(text[:3], "MMSI") if len(text) == 9 else "MMSI"

@@ -1,4 +1,4 @@
-"""AIS reports of a file of NMEA 0183, decoded as live traffic is (:mod:`glasshelm.feeds.nmea`).
+"""AIS reports of a file of NMEA 0183, decoded as live traffic is (:mod:`glasshelm.ais.nmea`).
 
 A report's time is that of its line: of the tag block, of what a receiver or a logger wrote
 beside the sentence, or of the latest RMC. Own ship's sensors are kept under ``OWN_SENSORS``, her
@@ -13,16 +13,16 @@ import numpy as np
 
 from glasshelm.ais.files import TextFile
 from glasshelm.ais.mmsi import is_number
+from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.reports import Counts, RejectReason, Report
 from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
-from glasshelm.errors import InputError
-from glasshelm.feeds.nmea import NmeaReader
-from glasshelm.feeds.types import Counts, Refusal, Report
-from glasshelm.ships import KNOT_M_S
+from glasshelm.core.errors import InputError
+from glasshelm.ship.nomoto import KNOT_M_S
 
 #: Reports of one batch.
 BATCH = 65_536
 #: What a sound recording holds beside what is of use: not told.
-_USUAL = frozenset((Refusal.UNUSED, Refusal.NO_SHIP, Refusal.NOTHING_TOLD))
+_USUAL = frozenset((RejectReason.UNUSED, RejectReason.NO_SHIP, RejectReason.NOTHING_TOLD))
 
 Ships = dict[int, Particulars]
 
@@ -105,7 +105,7 @@ def _why_nothing(counts: Counts) -> str:
     said = {why: n for why, n in counts.refused.items() if n}
     if not counts.heard:
         return "there is nothing in it"
-    if said.get(Refusal.UNREADABLE, 0) == counts.heard:
+    if said.get(RejectReason.UNREADABLE, 0) == counts.heard:
         return "no NMEA 0183 sentence (such as !AIVDM,…*hh) in any of its lines"
     most = max(said, key=lambda why: said[why], default=None)
     if most is None:

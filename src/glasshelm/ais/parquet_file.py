@@ -12,7 +12,7 @@ from glasshelm.ais.files import as_utf8
 from glasshelm.ais.limits import EARLIEST_S, LATEST_S
 from glasshelm.ais.table import Recording, Reports
 from glasshelm.ais.tally import Tally
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 
 #: Rows that are read at once.
 BATCH = 65_536

@@ -14,7 +14,7 @@ from glasshelm.ais.limits import EARLIEST_S, LATEST_S
 from glasshelm.ais.nmea_file import nmea_recordings
 from glasshelm.ais.parquet_file import parquet_batches
 from glasshelm.ais.table import Recording, Reports
-from glasshelm.errors import InputError
+from glasshelm.core.errors import InputError
 
 Kind: TypeAlias = Literal["parquet", "json", "nmea", "table"]
 

@@ -33,14 +33,14 @@ def main(argv: list[str] | None = None) -> int:
     if args[0] == "--version":
         print(f"glasshelm {__version__}")
         return 0
-    from glasshelm import terminal
-    from glasshelm.errors import InputError
+    from glasshelm.core import terminal
+    from glasshelm.core.errors import InputError
 
     if argv is None:
         terminal.as_program()
     if args[0] not in COMMANDS:
         known = ", ".join(COMMANDS)
-        terminal.complain(f"unknown command {args[0]!r}: choose one of {known}")
+        terminal.print_error(f"unknown command {args[0]!r}: choose one of {known}")
         return 2
     try:
         module = importlib.import_module(f"glasshelm.cli.{args[0]}")
@@ -51,10 +51,10 @@ def main(argv: list[str] | None = None) -> int:
         finally:
             sys.stdout.flush()
     except InputError as error:
-        terminal.complain(str(error))
+        terminal.print_error(str(error))
         return 2
     except KeyboardInterrupt:
-        terminal.complain("interrupted")
+        terminal.print_error("interrupted")
         return 130
     except BrokenPipeError:  # the reader of our output has gone: `glasshelm run … | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -64,9 +64,9 @@ def main(argv: list[str] | None = None) -> int:
             raise
         if isinstance(error, OSError):
             where = "" if error.filename is None else f"{error.filename}: "
-            terminal.complain(f"{where}{error.strerror or error}")
+            terminal.print_error(f"{where}{error.strerror or error}")
             return 2
-        terminal.complain(
+        terminal.print_error(
             f"internal error: {type(error).__name__}: {str(error)[:500]}; "
             "run with GLASSHELM_DEBUG=1 for the traceback, and report it"
         )

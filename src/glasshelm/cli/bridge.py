@@ -63,30 +63,30 @@ def run(
             without, and needed for writing back. It is sent to that server alone.
         open_: Open the page in the browser.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
-    from glasshelm.bridge.app import application
-    from glasshelm.bridge.catalogue import Catalogue, is_feed
-    from glasshelm.bridge.conductor import Conductor
-    from glasshelm.bridge.guard import Guard
-    from glasshelm.bridge.logs import Shelf, default_logs
-    from glasshelm.bridge.opening import check_log, prepared, replayed
-    from glasshelm.bridge.serve import address, bind, room_here, serve
-    from glasshelm.certify.declared import declared
-    from glasshelm.errors import InputError
-    from glasshelm.feeds.source import is_signalk, signalk_server
-    from glasshelm.feeds.write_back import WriteBack
-    from glasshelm.folders import writable
-    from glasshelm.terminal import Terminal
+    enable_compile_cache()
+    from glasshelm.bridge.server.access_control import AccessControl
+    from glasshelm.bridge.server.app import application
+    from glasshelm.bridge.server.server import address, bind, room_here, serve
+    from glasshelm.bridge.server.session_hub import SessionHub
+    from glasshelm.bridge.sessions.log_index import LogIndex, default_logs
+    from glasshelm.bridge.sessions.session_factory import check_log, prepared, replayed
+    from glasshelm.bridge.sessions.source_list import SourceList, is_feed
+    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import writable_folder
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.feeds.feed_factory import is_signalk, signalk_server
+    from glasshelm.live.signalk_writer import SignalKWriter
 
     console = Terminal()
-    guard = Guard(host, token, viewer_token)
+    guard = AccessControl(host, token, viewer_token)
     bounds = None if errors == "off" else declared(errors)
     logs = default_logs() if log is None else log
     if replay is None or log is not None:
         try:
-            writable(logs)
+            writable_folder(logs)
         except InputError as error:
             if not is_feed(source) or replay is not None:
                 raise
@@ -94,17 +94,17 @@ def run(
             console.print(f"logs:   {error}", markup=False, highlight=False, soft_wrap=True)
     if signalk_token is not None and not is_signalk(source):
         raise InputError(f"{source}: a Signal K token is for signalk://HOST[:PORT] only")
-    catalogue = Catalogue(Shelf(logs), source, pilot, signalk_token, minutes)
+    catalogue = SourceList(LogIndex(logs), source, pilot, signalk_token, minutes)
     if replay is not None:
         check_log(replay)
         first = lambda: replayed(replay, conductor.preparing.share)  # noqa: E731
     else:
         first = prepared(catalogue, logs, source, pilot, ship, own, at)
-    writer = WriteBack(signalk_server(source, signalk_token)) if write_back else None
+    writer = SignalKWriter(signalk_server(source, signalk_token)) if write_back else None
     bound = bind(host, port)
     url = address(bound, token)
     room = room_here()
-    conductor = Conductor(catalogue, logs, writer, bounds)
+    conductor = SessionHub(catalogue, logs, writer, bounds)
     app = application(conductor, guard, first, most_viewers=room.viewers)
 
     def ready() -> None:

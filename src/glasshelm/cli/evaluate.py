@@ -39,27 +39,27 @@ def run(
         parquet: Write encounters.parquet and meetings.parquet.
         figures: Draw the figures.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
+    enable_compile_cache()
     import shlex
     import sys
 
-    from glasshelm.evaluation.entrants import check_references, entrants
-    from glasshelm.evaluation.exam import examine
-    from glasshelm.evaluation.export import write_parquet
-    from glasshelm.evaluation.progress import Display
-    from glasshelm.evaluation.tables import report
-    from glasshelm.evaluation.workers import workers_named
-    from glasshelm.folders import claimed, whole
-    from glasshelm.terminal import Terminal, tell
+    from glasshelm.core.output_dir import atomic_write, locked_folder
+    from glasshelm.core.terminal import Terminal, print_result
+    from glasshelm.evaluation.contenders import check_references, contenders_named
+    from glasshelm.evaluation.evaluation_progress import Display
+    from glasshelm.evaluation.examination import examine
+    from glasshelm.evaluation.parquet_export import write_parquet
+    from glasshelm.evaluation.ray_workers import workers_named
+    from glasshelm.evaluation.result_report import report
 
     console = Terminal()
     command = shlex.join(["glasshelm", *sys.argv[1:]])
-    chosen = entrants(pilots, ships)
+    chosen = contenders_named(pilots, ships)
     check_references(against, chosen)
     hands = workers_named(workers, address)
-    with claimed(out):
+    with locked_folder(out):
         with Display(console) as display:
             try:
                 found = examine(chosen, suite, out, command, encounters, hands, display.show)
@@ -70,14 +70,14 @@ def run(
                 )
                 raise
         text = report(found, against)
-        with whole(out / "report.md") as partial:
+        with atomic_write(out / "report.md") as partial:
             partial.write_text(text, encoding="utf-8")
         if parquet:
             write_parquet(found.sailed, out)
         if figures:
-            from glasshelm.evaluation.plots import draw_all
+            from glasshelm.evaluation.result_plots import draw_all
 
             for path in draw_all(found, out / "figures"):
                 console.say(f"figure: {path}")
-    tell(text)
+    print_result(text)
     console.say(f"report: {out / 'report.md'}")

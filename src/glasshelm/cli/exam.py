@@ -27,29 +27,29 @@ def run(
         scenes: Scenes at most of each number of ships.
         ships: Numbers of ships in the scenes (2 to 6).
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
+    enable_compile_cache()
     import shlex
     import sys
 
-    from glasshelm.errors import InputError
-    from glasshelm.evaluation.entrants import entrants
-    from glasshelm.evaluation.exam import machine
-    from glasshelm.faithfulness.candidates import candidates
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import locked_folder
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.evaluation.contenders import contenders_named
+    from glasshelm.evaluation.examination import machine
+    from glasshelm.faithfulness.eligibility import candidates
+    from glasshelm.faithfulness.exam_session import examine_all
     from glasshelm.faithfulness.scenes import COUNTS
-    from glasshelm.faithfulness.session import examine_all
-    from glasshelm.folders import claimed
-    from glasshelm.terminal import Terminal
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:
             raise InputError(f"--{name} {value}: must be 1 or more")
     if not set(ships) <= set(COUNTS) or not ships:
         raise InputError(f"--ships {' '.join(map(str, ships))}: numbers from 2 to 6")
-    chosen = candidates(entrants(pilots))
+    chosen = candidates(contenders_named(pilots))
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     what = (encounters, scenes, tuple(sorted(set(ships))))
     console = Terminal()
-    with claimed(out):
+    with locked_folder(out):
         examine_all(chosen, what, out, command, machine(), console)

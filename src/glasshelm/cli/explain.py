@@ -42,19 +42,19 @@ def run(
         steps: Steps of 5 s (default: as long as the source lasts).
         open_: Open the report in the browser.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
-    from glasshelm.certify.declared import declared
-    from glasshelm.certify.logged import with_bands
-    from glasshelm.errors import InputError
-    from glasshelm.folders import writable
-    from glasshelm.logbook import read
-    from glasshelm.terminal import Terminal, progress, tell
-    from glasshelm.whatif.source import pilot_of
+    enable_compile_cache()
+    from glasshelm.certify.logged_measurements import with_bands
+    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import writable_folder
+    from glasshelm.core.terminal import Terminal, print_result, progress
+    from glasshelm.frames.frame_log import read
+    from glasshelm.whatif.logged_world import pilot_of
 
     console = Terminal()
-    writable(out)
+    writable_folder(out)
     title, notes = None, ()
     if source.endswith(".jsonl"):
         if advise or any(x is not None for x in (pilot, ship, own, at, minutes, steps)):
@@ -66,22 +66,22 @@ def run(
         if not frames:
             raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
-        from glasshelm.encounters.source import cut, scenario_from
-        from glasshelm.logbook import Logbook
-        from glasshelm.manning import manned
-        from glasshelm.voyage import sail, steps_of
+        from glasshelm.encounters.scenario_factory import cut, scenario_from
+        from glasshelm.frames.frame_log import FrameLog
+        from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
+        from glasshelm.simulation.voyage import simulate, steps_of
 
-        helm, params = manned(pilot, ship)
+        helm, params = resolve_pilot_and_ship(pilot, ship)
         scenario = scenario_from(source, params, own, at, cut(minutes))
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
         console.say(title)
         count = steps_of(scenario, steps)
-        voyage = sail(scenario, helm, count, advise)
+        voyage = simulate(scenario, helm, count, advise)
         if errors is not None:
             voyage = with_bands(voyage, helm, declared(errors))
         frames = []
         with (
-            Logbook(out / "frames.jsonl", fresh=True) as log,
+            FrameLog(out / "frames.jsonl", fresh=True) as log,
             progress(console) as bar,
         ):
             task = bar.add_task("sailing", total=count + 1)
@@ -94,9 +94,9 @@ def run(
                 console.say(f"interrupted: {log.frames} frames are in {log.path}")
                 raise
 
-    from glasshelm.report.facts import verdict
-    from glasshelm.report.story import story
-    from glasshelm.report.write import write_report
+    from glasshelm.report.narrative import story
+    from glasshelm.report.passages import verdict
+    from glasshelm.report.write_report import write_report
 
     with progress(console) as bar:
         task = bar.add_task("drawing", total=1.0)
@@ -107,10 +107,10 @@ def run(
             notes,
             progress=lambda name, share: bar.update(task, description=name, completed=share),
         )
-    tell(verdict(frames))
+    print_result(verdict(frames))
     for sentence in story(frames):
-        tell(str(sentence))
-    tell(f"report: {path}")
+        print_result(str(sentence))
+    print_result(f"report: {path}")
     if open_:
         import webbrowser
 

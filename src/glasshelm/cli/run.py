@@ -40,33 +40,33 @@ def run(
         parquet: Also write the frames as a Parquet table.
         steps: Steps of 5 s (default: as long as the source lasts).
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
+    enable_compile_cache()
     from rich.progress import track
 
-    from glasshelm.certify.declared import declared
-    from glasshelm.certify.logged import with_bands
-    from glasshelm.encounters.source import cut, scenario_from
-    from glasshelm.logbook import Logbook, read
-    from glasshelm.manning import manned
-    from glasshelm.parquet import to_parquet
-    from glasshelm.summary import Summary
-    from glasshelm.terminal import Terminal, tell
-    from glasshelm.voyage import sail, steps_of
+    from glasshelm.certify.logged_measurements import with_bands
+    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.core.terminal import Terminal, print_result
+    from glasshelm.encounters.scenario_factory import cut, scenario_from
+    from glasshelm.frames.frame_log import FrameLog, read
+    from glasshelm.frames.frame_parquet import to_parquet
+    from glasshelm.frames.summary import Summary
+    from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
+    from glasshelm.simulation.voyage import simulate, steps_of
 
     console = Terminal()
-    helm, params = manned(pilot, ship)
+    helm, params = resolve_pilot_and_ship(pilot, ship)
     scenario = scenario_from(source, params, own, at, cut(minutes))
     count = steps_of(scenario, steps)
-    frames = sail(scenario, helm, count, advise)
+    frames = simulate(scenario, helm, count, advise)
     if errors is not None:
         frames = with_bands(frames, helm, declared(errors))
     summary = Summary()
     console.say(f"{scenario.title}, pilot {helm.name}")
     for note in scenario.notes:
         console.say(f"  note: {note}")
-    with Logbook(out, fresh=True) as log:
+    with FrameLog(out, fresh=True) as log:
         try:
             for frame in track(frames, "sailing", total=count + 1, console=console, transient=True):
                 log.write(frame)
@@ -78,4 +78,4 @@ def run(
     if parquet is not None:
         rows = to_parquet(read(out), parquet)
         console.say(f"{rows} rows in {parquet}")
-    tell(summary.text())
+    print_result(summary.text())

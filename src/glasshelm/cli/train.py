@@ -43,18 +43,18 @@ def run(
         snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
+    enable_compile_cache()
     import jax
 
-    from glasshelm.errors import InputError
-    from glasshelm.learning.loop import BEST, FINAL, LoopSettings, train
-    from glasshelm.learning.presets import override, preset_named
-    from glasshelm.learning.progress import Display
-    from glasshelm.learning.snapshot import read_place
-    from glasshelm.ships import ship_named
-    from glasshelm.terminal import Terminal
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.ship.nomoto import ship_named
+    from glasshelm.training.config import override, preset_named
+    from glasshelm.training.trainer import BEST, FINAL, LoopSettings, train
+    from glasshelm.training.training_progress import Display
+    from glasshelm.training.training_state import read_place
 
     asked = {"actor": actor, "critic": critic, "ship": ship, "seed": seed}
     asked = {name: value for name, value in asked.items() if value is not None}

@@ -38,28 +38,28 @@ def run(
         pilot: Who sails on, in the log's own ship (default: the log's pilot, if it is bundled).
         out: Folder for both logs and a figure.
     """
-    from glasshelm.programs import keep_compiled
+    from glasshelm.core.compile_cache import enable_compile_cache
 
-    keep_compiled()
-    from glasshelm.errors import InputError
-    from glasshelm.folders import writable
-    from glasshelm.logbook import read, write
-    from glasshelm.pilots.catalogue import pilot_named
-    from glasshelm.terminal import Terminal
-    from glasshelm.whatif.answer import what_if
-    from glasshelm.whatif.changes import Blind, Deleted, KeptCourse, Rudder
-    from glasshelm.whatif.source import frame_at, pilot_of
-    from glasshelm.whatif.table import table
+    enable_compile_cache()
+    from glasshelm.core.errors import InputError
+    from glasshelm.core.output_dir import writable_folder
+    from glasshelm.core.terminal import Terminal
+    from glasshelm.frames.frame_log import read, write
+    from glasshelm.pilots.registry import pilot_named
+    from glasshelm.whatif.ask import what_if
+    from glasshelm.whatif.changes import Deleted, Hidden, KeptCourse, Rudder
+    from glasshelm.whatif.futures_table import table
+    from glasshelm.whatif.logged_world import frame_at, pilot_of
 
     frames = list(read(log))
     if not frames:
         raise InputError(f"{log}: no frame in it; it was cut off, or is no log")
     number = frame_at(frames, at)
     if out is not None:
-        writable(out)
+        writable_folder(out)
     changes = [
         *map(Deleted, delete),
-        *map(Blind, blind),
+        *map(Hidden, blind),
         *(KeptCourse(None if ship == "own" else ship) for ship in keep),
         *([] if rudder is None else [Rudder(rudder, for_)]),
     ]
@@ -70,16 +70,16 @@ def run(
     console.say(answer.sentence)
     if out is None:
         return
+    from glasshelm.core.output_dir import atomic_write
     from glasshelm.figures.style import as_svg, save
-    from glasshelm.folders import whole
-    from glasshelm.whatif.plot import overlay
+    from glasshelm.whatif.futures_plot import overlay
 
     fact, other = answer.fact.frames(), answer.other.frames()
     write(out / "fact.jsonl", fact)
     write(out / "other.jsonl", other)
     figure = overlay(fact, other, answer.other.condition)
     save(figure, out / "whatif")
-    with whole(out / "whatif.svg") as partial:
+    with atomic_write(out / "whatif.svg") as partial:
         partial.write_bytes(as_svg(figure))
     for name in ("fact.jsonl", "other.jsonl", "whatif.pdf", "whatif.png", "whatif.svg"):
         console.say(f"{out / name}")

@@ -8,7 +8,7 @@ from jaxtyping import Float64, Int64
 from scipy.spatial import KDTree
 
 from glasshelm.ais.table import Reports
-from glasshelm.ships import KNOT_M_S
+from glasshelm.ship.nomoto import KNOT_M_S
 
 #: A ship not heard for so long is lost: two missed reports of a class A ship at anchor (3 min).
 LOST_AFTER_S = 360.0

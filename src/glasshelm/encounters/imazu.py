@@ -12,11 +12,11 @@ from importlib.resources import files
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.encounters.random import PAPER
+from glasshelm.core.errors import InputError
+from glasshelm.core.geometry import Vector
+from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, straight_track
-from glasshelm.errors import InputError
-from glasshelm.geometry import Vector
-from glasshelm.ships import ShipParams, ShipState
+from glasshelm.ship.nomoto import ShipParams, ShipState
 
 #: The waypoint of the paper's task, due north of own ship's start [m].
 PAPER_WAYPOINT_M = PAPER.waypoint_m[1]

@@ -15,7 +15,7 @@ _E2 = 0.00669438  # eccentricity of WGS84, squared
 _STEP_DEG = 1e-5  # about a metre: the finite difference that turns a course into the plane
 
 
-class Plane:
+class LocalProjection:
     """The plane that touches the globe at ``origin`` (latitude, longitude; [deg])."""
 
     def __init__(self, latitude_deg: float, longitude_deg: float):

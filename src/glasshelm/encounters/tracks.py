@@ -11,7 +11,7 @@ from glasshelm.encounters.types import Track
 
 
 @dataclasses.dataclass(frozen=True)
-class Row:
+class TrackColumns:
     """The legs of one target in order of time, on the host in double precision (SI units)."""
 
     start_s: Float64[np.ndarray, " legs"]
@@ -29,19 +29,19 @@ class Row:
         course_rad: Sequence[float | int] | np.ndarray,
         speed_m_s: Sequence[float | int] | np.ndarray,
         lasts_s: float = np.inf,
-    ) -> "Row":
+    ) -> "TrackColumns":
         """A row whose legs each end ``lasts_s`` after they begin."""
         start, east, north, course, speed = (
             np.asarray(x, np.float64) for x in (start_s, east_m, north_m, course_rad, speed_m_s)
         )
-        return Row(start, start + lasts_s, east, north, course, speed)
+        return TrackColumns(start, start + lasts_s, east, north, course, speed)
 
 
-def stack_rows(rows: Sequence[Row]) -> Track:
+def stack_rows(rows: Sequence[TrackColumns]) -> Track:
     """One track a row, padded with legs that never start; no rows give a track of no slots."""
     legs = max((len(row.start_s) for row in rows), default=1)
     stacked = {}
-    for field in dataclasses.fields(Row):
+    for field in dataclasses.fields(TrackColumns):
         empty = np.inf if field.name.endswith("_s") and field.name != "speed_m_s" else 0.0
         block = np.full((len(rows), legs), empty)
         for i, row in enumerate(rows):
@@ -51,7 +51,7 @@ def stack_rows(rows: Sequence[Row]) -> Track:
     return Track(**stacked)
 
 
-def single_track(row: Row) -> Track:
+def single_track(row: TrackColumns) -> Track:
     """The track of one ship, without the axis of slots."""
     stacked = stack_rows([row])
     return Track(**{f.name: getattr(stacked, f.name)[0] for f in dataclasses.fields(Track)})

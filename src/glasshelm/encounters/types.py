@@ -13,9 +13,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.geometry import Vector, velocity
-from glasshelm.ships import ShipParams, ShipState
-from glasshelm.text import name_of, printable
+from glasshelm.core.geometry import Vector, velocity
+from glasshelm.core.text import name_of, printable
+from glasshelm.ship.nomoto import ShipParams, ShipState
 
 
 class Track(eqx.Module):
@@ -62,7 +62,7 @@ class Encounter(eqx.Module):
 class TargetInfo:
     """Who a target is: for people, never for the pilot.
 
-    Whatever she calls herself, ``name`` can be shown (:mod:`glasshelm.text`).
+    Whatever she calls herself, ``name`` can be shown (:mod:`glasshelm.core.text`).
     """
 
     id: str
@@ -85,7 +85,7 @@ class Scenario:
     ``origin`` the latitude and longitude [deg] of (0, 0), ``start`` the time of
     t = 0 (UTC); ``duration_s`` how long the source says it lasts; ``notes``
     what was repaired or dropped while reading. Every text can be shown, whatever the
-    source called things (:mod:`glasshelm.text`).
+    source called things (:mod:`glasshelm.core.text`).
     """
 
     source: str

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from glasshelm.evaluation.cells import markdown, percent
-from glasshelm.evaluation.exam import Examined, of_suite, stacked, suites_of
-from glasshelm.evaluation.results import Sailed
+from glasshelm.evaluation.examination import Examined, of_suite, stacked, suites_of
+from glasshelm.evaluation.markdown import markdown, percent
+from glasshelm.evaluation.measure_columns import Sailed
 from glasshelm.evaluation.statistics import rate
 
 #: What is told of every suite, and the column that it is the rate of.

@@ -8,11 +8,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.encounters.random import RandomEncounters
-from glasshelm.evaluation.suites.random import draw
-from glasshelm.pilots.types import Pilot
-from glasshelm.ships import ShipParams
-from glasshelm.world.step import begin
+from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.env.step import reset
+from glasshelm.evaluation.suites.random_suite import draw
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.ship.nomoto import ShipParams
 
 CALLS = 300
 _SIX = RandomEncounters(targets=(6, 6))
@@ -31,13 +31,13 @@ class Timing:
 def decision_time(name: str, ship_name: str, pilot: Pilot, ship: ShipParams) -> Timing:
     """Measured over ``CALLS`` decisions in a row, after the first (which is compiled)."""
     encounter = jax.tree.map(lambda x: jnp.asarray(x[0]), draw(ship, 1, _SIX))
-    seen = begin(encounter, ship).observation
-    steer = eqx.filter_jit(lambda pilot, seen, memory: pilot.steer(seen, memory))
-    _, memory = jax.block_until_ready(steer(pilot, seen, pilot.start()))
+    observation = reset(encounter, ship).observation
+    steer = eqx.filter_jit(lambda pilot, observation, memory: pilot.steer(observation, memory))
+    _, memory = jax.block_until_ready(steer(pilot, observation, pilot.start()))
     took = np.empty(CALLS)
     for i in range(CALLS):
         began = time.perf_counter()
-        _, memory = jax.block_until_ready(steer(pilot, seen, memory))
+        _, memory = jax.block_until_ready(steer(pilot, observation, memory))
         took[i] = time.perf_counter() - began
     p50, p99 = np.percentile(1000 * took, [50, 99])
     return Timing(name, ship_name, float(p50), float(p99))

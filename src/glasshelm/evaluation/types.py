@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from glasshelm.encounters.types import Encounter, TargetInfo
-from glasshelm.evaluation.sensors import Disturbance
-from glasshelm.ships import ShipParams
+from glasshelm.evaluation.sensor_model import Disturbance
+from glasshelm.ship.nomoto import ShipParams
 
 #: Numbers of a batch live on the host until they are sailed.
 Real = Float[Array, "..."] | Float[np.ndarray, "..."]

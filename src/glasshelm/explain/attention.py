@@ -2,10 +2,10 @@
 
 from jaxtyping import Array, Float
 
+from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import Actor, AttentionActor
-from glasshelm.world.observe import Observation
 
 
-def attention_of(actor: Actor, seen: Observation) -> Float[Array, " n"] | None:
+def attention_of(actor: Actor, observation: Observation) -> Float[Array, " n"] | None:
     """α of every slot: sums to 1 over the ships present; ``None`` if the actor has no attention."""
-    return actor.attention(seen) if isinstance(actor, AttentionActor) else None
+    return actor.attention(observation) if isinstance(actor, AttentionActor) else None

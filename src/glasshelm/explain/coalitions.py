@@ -42,7 +42,7 @@ def coalitions(players: int) -> Bool[np.ndarray, "k n"]:
     return (rows >> np.arange(players)) % 2 == 1
 
 
-def shares(worth: Float[Array, " k"]) -> Shares:
+def shapley_values(worth: Float[Array, " k"]) -> Shares:
     """φ_i = Σ_T |T|!(n−|T|−1)!/n! (v(T∪i) − v(T)) and I_ij, from the worths of all coalitions.
 
     ``worth`` [2ⁿ] is in the order of :func:`coalitions`. Both are one matrix

@@ -21,11 +21,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.errors import InputError
-from glasshelm.explain.coalitions import MOST, Shares, coalitions, shares
+from glasshelm.core.errors import InputError
+from glasshelm.env.observe import Observation
+from glasshelm.explain.coalitions import MOST, Shares, coalitions, shapley_values
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.world.observe import Observation
 
 Game = Literal["rudder", "decision", "contrast"]
 #: The worth of one coalition: which ships are in it -> v(S).
@@ -39,25 +39,25 @@ LIVE = 32
 SMALL = 8
 
 
-def worth_of(
+def value_function(
     game: Game,
     actor: Actor,
     critic: SubTaskCritic | None,
-    seen: Observation,
+    observation: Observation,
     rudder_limit_rad: float | Float[Array, ""],
 ) -> Worth:
     """v(S) of one of the games. InputError where it needs a critic and there is none."""
 
     def only(members: Bool[Array, " n"]) -> Observation:
-        return eqx.tree_at(lambda o: o.present, seen, seen.present & members)
+        return eqx.tree_at(lambda o: o.present, observation, observation.present & members)
 
     if game == "rudder":
         return lambda members: actor(only(members)) * rudder_limit_rad
     if critic is None:
         raise InputError(f"the game {game!r} needs a critic, and this pilot has none")
     if game == "decision":
-        return lambda members: critic(seen, actor(only(members))).total
-    action = actor(seen)
+        return lambda members: critic(observation, actor(only(members))).total
+    action = actor(observation)
 
     def contrast(members: Bool[Array, " n"]) -> Float[Array, ""]:
         scene = only(members)
@@ -66,13 +66,13 @@ def worth_of(
     return contrast
 
 
-def exact_shares(worth: Worth, ships: int) -> Shares:
+def exact_shapley(worth: Worth, ships: int) -> Shares:
     """Shares from the worths of all 2ⁿ coalitions of the first ``ships`` slots.
 
     ``vmap`` runs over the membership alone, so what does not depend on it
     (each ship's encoding, each pair's attention score) is computed once.
     """
-    return shares(jax.vmap(worth)(jnp.asarray(coalitions(ships))))
+    return shapley_values(jax.vmap(worth)(jnp.asarray(coalitions(ships))))
 
 
 def sampled_shares(
@@ -120,7 +120,7 @@ def live_shares(worth: Worth, present: Bool[Array, " n"], most: int, sampled: bo
     """
     slots = present.shape[0]
     if slots <= SMALL:  # an empty slot is a player who never adds anything
-        return exact_shares(worth, slots)
+        return exact_shapley(worth, slots)
     first = jnp.argsort(~present, stable=True)[:most]
     one, two = jnp.zeros(slots), jnp.zeros((slots, slots))
 
@@ -128,7 +128,7 @@ def live_shares(worth: Worth, present: Bool[Array, " n"], most: int, sampled: bo
         def among(members: Bool[Array, " m"]) -> Float[Array, ""]:
             return worth(jnp.zeros(slots, bool).at[first].set(members))
 
-        found = exact_shares(among, first.shape[0])
+        found = exact_shapley(among, first.shape[0])
         pairs = two.at[first[:, None], first[None, :]].set(found.pairs)
         return Shares(found.none, found.all, one.at[first].set(found.by_ship), pairs, one)
 
@@ -151,7 +151,7 @@ def ship_shares(
     game: Game,
     actor: Actor,
     critic: SubTaskCritic | None,
-    seen: Observation,
+    observation: Observation,
     rudder_limit_rad: float,
 ) -> Shares:
     """Each ship's share of a decision, slot by slot; empty slots have none.
@@ -160,14 +160,14 @@ def ship_shares(
     2 x :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is
     compiled for each number of ships.
     """
-    here = np.flatnonzero(np.asarray(seen.present))
+    here = np.flatnonzero(np.asarray(observation.present))
     scene = Observation(
-        jnp.asarray(seen.waypoint),
-        jnp.asarray(np.asarray(seen.targets)[here]),
+        jnp.asarray(observation.waypoint),
+        jnp.asarray(np.asarray(observation.targets)[here]),
         jnp.ones(len(here), bool),
     )
     found = _program(game, actor, critic, scene, jnp.float32(rudder_limit_rad))
-    slots = len(np.asarray(seen.present))
+    slots = len(np.asarray(observation.present))
     places = np.ix_(here, here)
     by_ship, error = np.zeros(slots, np.float32), np.zeros(slots, np.float32)
     pairs = np.zeros((slots, slots), np.float32)
@@ -184,7 +184,7 @@ def _program(
     rudder_limit_rad: Float[Array, ""],
 ) -> Shares:
     ships = scene.present.shape[0]
-    worth = worth_of(game, actor, critic, scene, rudder_limit_rad)
+    worth = value_function(game, actor, critic, scene, rudder_limit_rad)
     if ships <= MOST:
-        return exact_shares(worth, ships)
+        return exact_shapley(worth, ships)
     return sampled_shares(worth, ships)

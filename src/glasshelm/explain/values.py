@@ -3,17 +3,19 @@
 import jax
 from jaxtyping import Array, Float
 
+from glasshelm.env.observe import Observation
 from glasshelm.networks.critics import SubTaskCritic, Values
-from glasshelm.world.observe import Observation
 
 
-def values_at(critic: SubTaskCritic, seen: Observation, actions: Float[Array, " k"]) -> Values:
+def values_at(
+    critic: SubTaskCritic, observation: Observation, actions: Float[Array, " k"]
+) -> Values:
     """Q_wp(s, a) [k] and Q_ca(s_i, a) [k, n] of every action (Eq. 19).
 
     ``actions`` are fractions of the rudder limit. The part of each head's first
     layer that does not see the action is computed once for all of them.
     """
-    return jax.vmap(lambda action: critic(seen, action))(actions)
+    return jax.vmap(lambda action: critic(observation, action))(actions)
 
 
 def pick(values: Values, index: int) -> Values:

@@ -8,12 +8,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.explain.explain import Explanation, explain
-from glasshelm.explain.shapley import exact_shares, worth_of
+from glasshelm.env.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
+from glasshelm.explain.shapley import exact_shapley, value_function
+from glasshelm.explain.step_explanation import Explanation, explain
 from glasshelm.networks.actors import Actor, AttentionActor
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.ships import NAUTICAL_MILE_M
-from glasshelm.world.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 Kind = Literal["paper", "ours", "null"]
 Part = TypeVar("Part")
@@ -46,8 +46,8 @@ class Explainer:
 def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> Of:
     """A part of the explanation that every decision carries."""
 
-    def of(actor, critic, seen, key):
-        return part(explain(actor, critic, seen, actor(seen)))
+    def of(actor, critic, observation, key):
+        return part(explain(actor, critic, observation, actor(observation)))
 
     return of
 
@@ -79,48 +79,48 @@ def _intention_level(e: Explanation) -> Float[Array, " n"]:
 
 
 def _shapley(game):
-    def of(actor, critic, seen, key):
-        return exact_shares(
-            worth_of(game, actor, critic, seen, 1.0), seen.present.shape[-1]
+    def of(actor, critic, observation, key):
+        return exact_shapley(
+            value_function(game, actor, critic, observation, 1.0), observation.present.shape[-1]
         ).by_ship
 
     return of
 
 
-def _leave_one_out(actor, critic, seen, key):
-    worth = worth_of("rudder", actor, None, seen, 1.0)
-    others = ~jnp.eye(seen.present.shape[-1], dtype=bool)
-    return worth(seen.present) - jax.vmap(worth)(others)
+def _leave_one_out(actor, critic, observation, key):
+    worth = value_function("rudder", actor, None, observation, 1.0)
+    others = ~jnp.eye(observation.present.shape[-1], dtype=bool)
+    return worth(observation.present) - jax.vmap(worth)(others)
 
 
-def _gradient(actor, critic, seen, key):
+def _gradient(actor, critic, observation, key):
     def rudder(targets):
-        return actor(Observation(seen.waypoint, targets, seen.present))
+        return actor(Observation(observation.waypoint, targets, observation.present))
 
-    return (jax.grad(rudder)(seen.targets) * seen.targets).sum((-1, -2))
-
-
-def _column(seen: Observation, name: str) -> Float[Array, " n"]:
-    return seen.targets[:, 0, TARGET_FEATURES.index(name)]
+    return (jax.grad(rudder)(observation.targets) * observation.targets).sum((-1, -2))
 
 
-def _nearness(actor, critic, seen, key):
-    return 1.0 / (_column(seen, "distance") + 1e-6)
+def _column(observation: Observation, name: str) -> Float[Array, " n"]:
+    return observation.targets[:, 0, TARGET_FEATURES.index(name)]
 
 
-def _cpa(actor, critic, seen, key):
+def _nearness(actor, critic, observation, key):
+    return 1.0 / (_column(observation, "distance") + 1e-6)
+
+
+def _cpa(actor, critic, observation, key):
     """1/(1 + DCPA/1 NM + TCPA/10 min) of a ship that closes, 0 of one that opens."""
-    miles = _column(seen, "dcpa") * DISTANCE_M / NAUTICAL_MILE_M
-    ahead_s = _column(seen, "tcpa") * TIME_S
+    miles = _column(observation, "dcpa") * DISTANCE_M / NAUTICAL_MILE_M
+    ahead_s = _column(observation, "tcpa") * TIME_S
     return jnp.where(ahead_s > 0, 1.0 / (1.0 + miles + ahead_s / 600.0), 0.0)
 
 
-def _uniform(actor, critic, seen, key):
-    return jnp.ones(seen.present.shape[-1])
+def _uniform(actor, critic, observation, key):
+    return jnp.ones(observation.present.shape[-1])
 
 
-def _random(actor, critic, seen, key):
-    return jax.random.uniform(key, seen.present.shape)
+def _random(actor, critic, observation, key):
+    return jax.random.uniform(key, observation.present.shape)
 
 
 #: In the order of the table.

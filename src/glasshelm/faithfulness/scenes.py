@@ -11,14 +11,14 @@ import numpy as np
 from jaxtyping import Array, Int
 
 from glasshelm.encounters.types import Encounter
-from glasshelm.explain.shapley import exact_shares, worth_of
-from glasshelm.faithfulness.chunks import in_chunks
-from glasshelm.learning.evaluate import evaluation_set
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import EnvState, reset, step
+from glasshelm.explain.shapley import exact_shapley, value_function
+from glasshelm.faithfulness.chunking import in_chunks
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import WorldState, begin, step
+from glasshelm.ship.nomoto import ShipParams
+from glasshelm.training.validation import evaluation_set
 
 #: A scene counts if some ship moves the rudder by so much (Shapley value of the rudder) [rad].
 MATTERS_RAD = float(np.radians(0.25))
@@ -39,11 +39,11 @@ class Scenes:
 
     ships: int
     encounter: Encounter
-    state: WorldState
+    state: EnvState
     voyage: Int[np.ndarray, " s"]
 
     @property
-    def seen(self) -> Observation:
+    def observation(self) -> Observation:
         return self.state.observation
 
     @property
@@ -90,19 +90,19 @@ def scenes_of(
 
 
 @jax.jit
-def _voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> WorldState:
+def _voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> EnvState:
     """States [instant, voyage] of all voyages."""
 
-    def tick(state: WorldState, _: None):
+    def tick(state: EnvState, _: None):
         action = actor(state.observation)
         moved = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship).state)
         return moved(encounters, state, action), None
 
-    def leap(state: WorldState, _: None):
+    def leap(state: EnvState, _: None):
         state, _ = jax.lax.scan(tick, state, None, length=EVERY)
         return state, state
 
-    start = jax.vmap(lambda e: begin(e, ship))(encounters)
+    start = jax.vmap(lambda e: reset(e, ship))(encounters)
     return jax.lax.scan(leap, start, None, length=STEPS // EVERY)[1]
 
 
@@ -119,27 +119,27 @@ def _only(encounter: Encounter, place: Int[np.ndarray, "v n"]) -> Encounter:
     )
 
 
-def _only_seen(state: WorldState, place: Int[np.ndarray, "v n"]) -> WorldState:
+def _only_seen(state: EnvState, place: Int[np.ndarray, "v n"]) -> EnvState:
     """The same for what was seen [instant, voyage, ...]."""
 
     def pick(x: Array) -> Array:
         at = place.reshape(1, *place.shape, *[1] * (x.ndim - 3))
         return jnp.take_along_axis(x, jnp.broadcast_to(at, (x.shape[0], *at.shape[1:])), axis=2)
 
-    seen = state.observation
+    observation = state.observation
     return eqx.tree_at(
         lambda s: (s.observation.targets, s.observation.present, s.danger),
         state,
-        (pick(seen.targets), pick(seen.present), pick(state.danger)),
+        (pick(observation.targets), pick(observation.present), pick(state.danger)),
     )
 
 
 @eqx.filter_jit
-def _matters(pilot: LearnedPilot, seen: Observation) -> Array:
+def _matters(pilot: LearnedPilot, observation: Observation) -> Array:
     limit = pilot.trained.ship.rudder_limit_rad
 
-    def largest(seen: Observation) -> Array:
-        worth = worth_of("rudder", pilot.actor, None, seen, limit)
-        return jnp.abs(exact_shares(worth, seen.present.shape[-1]).by_ship).max()
+    def largest(observation: Observation) -> Array:
+        worth = value_function("rudder", pilot.actor, None, observation, limit)
+        return jnp.abs(exact_shapley(worth, observation.present.shape[-1]).by_ship).max()
 
-    return jax.vmap(largest)(seen) >= MATTERS_RAD
+    return jax.vmap(largest)(observation) >= MATTERS_RAD

@@ -1,1 +1,1 @@
-"""Live traffic: AIS, NMEA 0183 and Signal K as reports, and the picture that they make together."""
+"""Connections to live AIS: NMEA 0183 over TCP, UDP or a file, and Signal K."""

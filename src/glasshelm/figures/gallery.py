@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterator
 
 from matplotlib.figure import Figure
 
-from glasshelm.figures.coloured import attention, danger, intention, moves
-from glasshelm.figures.histories import histories
+from glasshelm.figures.coloured_tracks import attention, danger, intention, moves
+from glasshelm.figures.intention_histories import histories
 from glasshelm.figures.motion import motion
 from glasshelm.figures.priorities import at_instants, over_time
-from glasshelm.figures.reasons import reasons
-from glasshelm.figures.series import Frames, Series, series
-from glasshelm.figures.sweep import sweep
+from glasshelm.figures.q_sweep import sweep
+from glasshelm.figures.shapley_over_time import reasons
 from glasshelm.figures.trajectories import absolute, relative
+from glasshelm.frames.series import Frames, Series, series
 
 _NO_SHIP = "there is no other ship"
 _NO_CRITIC = "this pilot has no critic, so its decisions carry no values or priorities"
@@ -23,7 +23,7 @@ _NO_SWEEP = "the frames carry no values of other rudders"
 
 
 @dataclasses.dataclass(frozen=True)
-class Plate:
+class FigureSpec:
     """One figure: its file name, title, what to see in it, and why it may be missing."""
 
     stem: str
@@ -34,14 +34,14 @@ class Plate:
 
 
 PLATES = (
-    Plate(
+    FigureSpec(
         "07_tracks",
         "Tracks",
         "Tracks of all ships, north up, with markers at the same times for every ship. Own ship's "
         "markers are open and numbered in minutes; the dotted line is the closest approach.",
         absolute,
     ),
-    Plate(
+    FigureSpec(
         "08_relative",
         "Seen from own ship",
         "Tracks of the other ships as own ship sees them: her bow points up, the dashed outline "
@@ -49,14 +49,14 @@ PLATES = (
         relative,
         _NO_SHIP,
     ),
-    Plate(
+    FigureSpec(
         "motion",
         "Ranges, heading, rudder",
         "Range of each ship (thick while inside the domain), own heading against the course to "
         "the waypoint, and the rudder.",
         motion,
     ),
-    Plate(
+    FigureSpec(
         "09_danger",
         "Danger by the critic",
         "The tracks as seen from own ship, darker where the critic values a ship lower than one "
@@ -64,7 +64,7 @@ PLATES = (
         danger,
         _NO_CRITIC,
     ),
-    Plate(
+    FigureSpec(
         "10_priorities",
         "Priorities over time",
         "Rudder and priorities (Eq. 22): how much better the chosen rudder is than rudder 0 for "
@@ -72,7 +72,7 @@ PLATES = (
         over_time,
         _NO_CRITIC,
     ),
-    Plate(
+    FigureSpec(
         "11_instants",
         "Situation, action and priorities",
         "The instant of the largest collision priority and, if there is one, of the return "
@@ -80,7 +80,7 @@ PLATES = (
         at_instants,
         _NO_CRITIC,
     ),
-    Plate(
+    FigureSpec(
         "sweep",
         "Why not another rudder?",
         "The value of every rudder against rudder 0 at the same instants, split by task and "
@@ -88,14 +88,14 @@ PLATES = (
         sweep,
         _NO_SWEEP,
     ),
-    Plate(
+    FigureSpec(
         "13_attention",
         "Attention",
         "Tracks coloured by the share of attention (Eq. 23) that each ship gets.",
         attention,
         _NO_ATTENTION,
     ),
-    Plate(
+    FigureSpec(
         "14_intention",
         "Intention",
         "Tracks coloured by intention (Eq. 24): violet where the chosen rudder improves matters "
@@ -103,7 +103,7 @@ PLATES = (
         intention,
         _NO_INTENTION,
     ),
-    Plate(
+    FigureSpec(
         "15_histories",
         "Measures of intention over time",
         "Priorities, danger, attention and intention of each ship over time, with the colours "
@@ -111,7 +111,7 @@ PLATES = (
         histories,
         _NO_CRITIC,
     ),
-    Plate(
+    FigureSpec(
         "shapley",
         "What moved the rudder",
         "The rudder as a sum of what the waypoint and each ship do to it (Shapley values), and "
@@ -119,7 +119,7 @@ PLATES = (
         reasons,
         _NO_SHARES,
     ),
-    Plate(
+    FigureSpec(
         "shapley_tracks",
         "Who moved the rudder, and where",
         "Tracks coloured by what each ship does to the rudder (Shapley value): green to "
@@ -130,7 +130,7 @@ PLATES = (
 )
 
 
-def gallery(frames: Frames) -> Iterator[tuple[Plate, Figure | None]]:
+def gallery(frames: Frames) -> Iterator[tuple[FigureSpec, Figure | None]]:
     """Draw every plate in turn; the figure is None where ``plate.missing`` says why.
 
     A quantity of ships is missing for want of ships before it is for want of a
@@ -141,7 +141,7 @@ def gallery(frames: Frames) -> Iterator[tuple[Plate, Figure | None]]:
         yield plate, plate.draw(voyage)
 
 
-def reason(plate: Plate, voyage: Series) -> str:
+def reason(plate: FigureSpec, voyage: Series) -> str:
     """Why a plate was not drawn, in one line."""
     about_ships = plate.draw in (danger, attention, intention, reasons, moves)
     why = _NO_SHIP if about_ships and not voyage.ships else plate.missing

@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 from matplotlib.transforms import Affine2D
 
-from glasshelm.figures.series import Row, Series, ShipSeries, ships_of_note
 from glasshelm.figures.style import FAINT, INK, SOFT, Look, looks, nice_minutes, nm
-from glasshelm.frames import Ship
-from glasshelm.ships import NAUTICAL_MILE_M
-from glasshelm.world.domain import AHEAD_LOA, ASTERN_LOA, PORT_LOA, STARBOARD_LOA
+from glasshelm.frames.schema import Ship
+from glasshelm.frames.series import Row, Series, ShipSeries, ships_of_note
+from glasshelm.ship.domain import AHEAD_LOA, ASTERN_LOA, PORT_LOA, STARBOARD_LOA
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: A white rim that keeps small print readable over lines.
 HALO = [patheffects.withStroke(linewidth=2.2, foreground="white")]

@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 
 from glasshelm.figures import maps
 from glasshelm.figures.priorities import draw_rudder
-from glasshelm.figures.series import Frames, Series, series, ships_of_note
 from glasshelm.figures.style import (
     INK,
     SOFT,
@@ -17,6 +16,7 @@ from glasshelm.figures.style import (
     styled,
     time_axis,
 )
+from glasshelm.frames.series import Frames, Series, series, ships_of_note
 
 
 @styled

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from glasshelm.figures import maps
-from glasshelm.figures.instants import choose, describe_rudder, draw_situation
-from glasshelm.figures.series import Frames, Row, Series, series, ships_of_note
+from glasshelm.figures.situation_maps import choose, describe_rudder, draw_situation
 from glasshelm.figures.style import (
     INK,
     SOFT,
@@ -21,6 +20,7 @@ from glasshelm.figures.style import (
     time_axis,
 )
 from glasshelm.figures.trajectories import draw_absolute
+from glasshelm.frames.series import Frames, Row, Series, series, ships_of_note
 
 
 @styled

@@ -21,9 +21,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from glasshelm.figures.series import Series, ships_of_note
-from glasshelm.folders import whole
-from glasshelm.ships import NAUTICAL_MILE_M
+from glasshelm.core.output_dir import atomic_write
+from glasshelm.frames.series import Series, ships_of_note
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 INK = "#1b1f24"
 SOFT = "#6b7480"
@@ -187,9 +187,9 @@ def save(figure: Figure, stem: Path) -> list[Path]:
     """Write ``stem.pdf`` (vector) and ``stem.png`` (200 dpi), alike for the same frames."""
     _settle(figure)
     pdf, png = stem.with_suffix(".pdf"), stem.with_suffix(".png")
-    with whole(pdf) as partial:
+    with atomic_write(pdf) as partial:
         figure.savefig(partial, metadata={"CreationDate": None})
-    with whole(png) as partial:
+    with atomic_write(png) as partial:
         figure.savefig(partial, dpi=200)
     return [pdf, png]
 

@@ -5,9 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from glasshelm.figures import maps
-from glasshelm.figures.series import Frames, Series, series, ships_of_note
 from glasshelm.figures.style import INK, SOFT, legend_below, looks, new_figure, nm, styled
-from glasshelm.ships import NAUTICAL_MILE_M
+from glasshelm.frames.series import Frames, Series, series, ships_of_note
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 
 @styled

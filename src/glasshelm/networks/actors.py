@@ -11,11 +11,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.errors import InputError
-from glasshelm.networks.fleet import Fleet, Padded
-from glasshelm.networks.lens import Lens, input_size, through
+from glasshelm.core.errors import InputError
+from glasshelm.env.observe import Observation
+from glasshelm.networks.input_features import Lens, encode, input_size
 from glasshelm.networks.mlp import Mlp, leaky_relu, softsign
-from glasshelm.world.observe import Observation
+from glasshelm.networks.ship_batch import Padded, ShipBatch
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,10 +43,14 @@ class SumActor(eqx.Module):
         )
         self.lens = sizes.lens
 
-    def __call__(self, seen: Observation, fleet: Fleet | None = None) -> Float[Array, "*b"]:
-        fleet = Padded(seen.present) if fleet is None else fleet
-        traffic = fleet.collect(self.encode_target(through(self.lens, fleet.rows(seen.targets))))
-        own = self.encode_waypoint(through(self.lens, seen.waypoint))
+    def __call__(
+        self, observation: Observation, fleet: ShipBatch | None = None
+    ) -> Float[Array, "*b"]:
+        fleet = Padded(observation.present) if fleet is None else fleet
+        traffic = fleet.collect(
+            self.encode_target(encode(self.lens, fleet.rows(observation.targets)))
+        )
+        own = self.encode_waypoint(encode(self.lens, observation.waypoint))
         return softsign(self.head(softsign(own + traffic)))[..., 0]
 
 
@@ -68,22 +72,24 @@ class AttentionActor(eqx.Module):
         self.score = Mlp((pair, *sizes.attention, 1), leaky_relu, score_key)
         self.lens = sizes.lens
 
-    def __call__(self, seen: Observation, fleet: Fleet | None = None) -> Float[Array, "*b"]:
-        fleet = Padded(seen.present) if fleet is None else fleet
-        inputs = through(self.lens, fleet.rows(seen.targets))
+    def __call__(
+        self, observation: Observation, fleet: ShipBatch | None = None
+    ) -> Float[Array, "*b"]:
+        fleet = Padded(observation.present) if fleet is None else fleet
+        inputs = encode(self.lens, fleet.rows(observation.targets))
         alpha = self._attend(inputs, fleet)
         traffic = fleet.collect(alpha[..., None] * self.encode_target(inputs))
-        own = self.encode_waypoint(through(self.lens, seen.waypoint))
+        own = self.encode_waypoint(encode(self.lens, observation.waypoint))
         return softsign(self.head(softsign(own + traffic)))[..., 0]
 
-    def attention(self, seen: Observation) -> Float[Array, "*b n"]:
+    def attention(self, observation: Observation) -> Float[Array, "*b n"]:
         """α of every slot (Eq. 23): sums to 1 over the ships present, 0 elsewhere."""
-        fleet = Padded(seen.present)
-        return fleet.slots(self._attend(through(self.lens, seen.targets), fleet))
+        fleet = Padded(observation.present)
+        return fleet.slots(self._attend(encode(self.lens, observation.targets), fleet))
 
-    def _attend(self, inputs: Float[Array, "*r d"], fleet: Fleet) -> Float[Array, "*r"]:
+    def _attend(self, inputs: Float[Array, "*r d"], fleet: ShipBatch) -> Float[Array, "*r"]:
         first, second = jnp.split(self.score.weights[0], 2)  # of s_i and of s_j
-        score = self.score.rest(fleet.pairs(inputs @ first, inputs @ second))[..., 0]
+        score = self.score.from_first_product(fleet.pairs(inputs @ first, inputs @ second))[..., 0]
         return fleet.softmax(fleet.collect_pairs(score))
 
 

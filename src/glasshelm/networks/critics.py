@@ -7,10 +7,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
-from glasshelm.networks.fleet import Fleet, Padded
-from glasshelm.networks.lens import Lens, input_size, through
+from glasshelm.env.observe import Observation
+from glasshelm.networks.input_features import Lens, encode, input_size
 from glasshelm.networks.mlp import Mlp, relu
-from glasshelm.world.observe import Observation
+from glasshelm.networks.ship_batch import Padded, ShipBatch
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Values(eqx.Module):
 
     @property
     def by_task(self) -> Float[Array, "*b 2"]:
-        """In the order of :class:`glasshelm.world.rewards.SubTask`."""
+        """In the order of :class:`glasshelm.env.rewards.SubTask`."""
         return jnp.stack([self.waypoint, self.collision], axis=-1)
 
     @property
@@ -64,13 +64,13 @@ class SubTaskCritic(eqx.Module):
         self.lens = sizes.lens
 
     def __call__(
-        self, seen: Observation, action: Float[Array, "*b"], fleet: Fleet | None = None
+        self, observation: Observation, action: Float[Array, "*b"], fleet: ShipBatch | None = None
     ) -> Values:
         """Values of a rudder ``action`` (a fraction of the limit), head by head."""
-        fleet = Padded(seen.present) if fleet is None else fleet
+        fleet = Padded(observation.present) if fleet is None else fleet
         column = action[..., None]
-        own = through(self.lens, seen.waypoint)
-        others = through(self.lens, fleet.rows(seen.targets))
+        own = encode(self.lens, observation.waypoint)
+        others = encode(self.lens, fleet.rows(observation.targets))
         return Values(
             _head(self.of_waypoint, own, column),
             fleet.slots(_head(self.of_target, others, fleet.spread(column))),
@@ -82,4 +82,4 @@ def _head(
 ) -> Float[Array, "*r"]:
     """One head on [inputs, action]; the product of each is formed apart, the action last."""
     first = mlp.weights[0]
-    return mlp.rest(inputs @ first[:-1] + action * first[-1])[..., 0]
+    return mlp.from_first_product(inputs @ first[:-1] + action * first[-1])[..., 0]

@@ -59,9 +59,9 @@ class Mlp(eqx.Module):
         self.norm = norm
 
     def __call__(self, x: Float[Array, "*b inputs"]) -> Float[Array, "*b outputs"]:
-        return self.rest(x @ self.weights[0])
+        return self.from_first_product(x @ self.weights[0])
 
-    def rest(self, product: Float[Array, "*b hidden"]) -> Float[Array, "*b outputs"]:
+    def from_first_product(self, product: Float[Array, "*b hidden"]) -> Float[Array, "*b outputs"]:
         """The network from its first matrix product on (bias, activation, other layers).
 
         For callers who build that product in parts: of two inputs side by side

@@ -1,7 +1,7 @@
 """The clairvoyant planner: told whole encounters, it says how they had best been sailed.
 
 It is warm-started from what pilots do in each encounter and searches from there
-(:mod:`glasshelm.planning.clairvoyant`): once from the best of them in every
+(:mod:`glasshelm.planning.cross_entropy_search`): once from the best of them in every
 encounter, and from each of them where somebody is still inside the domain.
 """
 
@@ -13,11 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from glasshelm.pilots.catalogue import METHODS
-from glasshelm.pilots.course import CoursePilot, Method
-from glasshelm.pilots.together import Together
-from glasshelm.pilots.types import Pilot
-from glasshelm.planning.clairvoyant import (
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import EnvSettings, observe_step, reset
+from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.course_pilot import CoursePilot, Method
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import METHODS
+from glasshelm.planning.cross_entropy_search import (
     Known,
     Sailed,
     SearchSettings,
@@ -25,13 +27,11 @@ from glasshelm.planning.clairvoyant import (
     best_of,
     improve_all,
 )
-from glasshelm.ships import SHIPS, ShipParams, advance, drifted
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import WorldSettings, begin, observe_step
+from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, drifted
 
 #: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
 _CHUNK, _STEPS = 64, 240
-_WORLD = WorldSettings()
+_WORLD = EnvSettings()
 
 
 class Playback(eqx.Module):
@@ -44,7 +44,7 @@ class Playback(eqx.Module):
         return jnp.zeros((), jnp.int32)
 
     def __call__(
-        self, seen: Observation, memory: Int[Array, ""]
+        self, observation: Observation, memory: Int[Array, ""]
     ) -> tuple[Float[Array, " w"], Int[Array, ""]]:
         return self.rudders[:, memory], memory + 1
 
@@ -86,13 +86,13 @@ def starting_pilots(ship: ShipParams) -> tuple[Pilot, ...]:
 
 
 def _steady(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: float
+    observation: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: float
 ) -> Float[Array, ""]:
     return jnp.full_like(offset_rad, settings)
 
 
 #: By name: ``paper-clairvoyant``, …
-SEERS = {
+ORACLE_PILOTS = {
     name: Clairvoyant(SHIPS[ship], name, starting_pilots(SHIPS[ship]))
     for ship, name in ((ship, f"{ship.replace('_', '-')}-clairvoyant") for ship in SHIPS)
 }
@@ -101,7 +101,7 @@ SEERS = {
 @partial(jax.jit, static_argnames="steps")
 def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
     """The rudders of a pilot in each encounter, as fractions of the limit."""
-    helm, size = Together(pilot), known.steps.shape[0]
+    helm, size = BatchedPilot(pilot), known.steps.shape[0]
 
     def proceed(known: Known, state, action: Float[Array, ""]):
         rudder = action * known.ship.rudder_limit_rad
@@ -114,7 +114,7 @@ def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
         action, memory = helm(state.observation, memory)
         return (jax.vmap(proceed)(known, state, action), memory), action
 
-    states = jax.vmap(lambda k: begin(k.encounter, k.ship))(known)
+    states = jax.vmap(lambda k: reset(k.encounter, k.ship))(known)
     _, actions = jax.lax.scan(go, (states, helm.start(size)), None, length=steps)
     return actions.T
 

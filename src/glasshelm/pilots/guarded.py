@@ -1,10 +1,10 @@
 """A learned pilot under guard: while his own way brings a ship into the domain, the planner steers.
 
 Run-time assurance after the Simplex architecture (Sha 2001). Every minute the pilot is sailed
-ahead in thought (:mod:`glasshelm.planning.foresight`). While that way keeps clear of everybody he
+ahead in thought (:mod:`glasshelm.planning.lookahead`). While that way keeps clear of everybody he
 steers; while it does not, own ship is steered on the course that the planner finds
-(:mod:`glasshelm.planning.course`). Guard and planner see what the pilot sees, and take every
-target to keep straight on.
+(:mod:`glasshelm.planning.course_planner`). Guard and planner see what the pilot sees, and take
+every target to keep straight on.
 """
 
 import dataclasses
@@ -14,13 +14,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from glasshelm.env.observe import Observation
+from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.types import Pilot
-from glasshelm.planning.course import CourseSettings, plan_course, rudder_to
-from glasshelm.planning.foresight import Foreseen, foresee
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_to
+from glasshelm.planning.lookahead import Lookahead, look_ahead
+from glasshelm.ship.nomoto import ShipParams
 
 #: What the name of a guarded pilot ends in.
 GUARDED = "-guarded"
@@ -43,7 +43,7 @@ class GuardSettings:
     )
 
 
-class Watch(eqx.Module):
+class GuardState(eqx.Module):
     """What the guard remembers from its last look.
 
     ``guards``: it has the helm, on a course ``offset_rad`` off the bearing of the waypoint.
@@ -70,50 +70,54 @@ class GuardedPilot(eqx.Module):
         return self.pilot.weights_sha256
 
     @property
-    def trained(self) -> Trained:
+    def trained(self) -> TrainingEnvelope:
         return self.pilot.trained
 
     @property
     def ship(self) -> ShipParams:
         return self.pilot.trained.ship
 
-    def start(self) -> Watch:
-        return Watch(jnp.zeros((), bool), jnp.zeros(()), jnp.zeros((), jnp.int32))
+    def start(self) -> GuardState:
+        return GuardState(jnp.zeros((), bool), jnp.zeros(()), jnp.zeros((), jnp.int32))
 
-    def ahead(self, seen: Observation) -> Foreseen:
+    def ahead(self, observation: Observation) -> Lookahead:
         """Where the pilot's own way leads from here."""
         settings = self.settings
         horizon_s = settings.planner.horizon_s
-        return foresee(self.pilot.actor, seen, self.ship, horizon_s, settings.slack)
+        return look_ahead(self.pilot.actor, observation, self.ship, horizon_s, settings.slack)
 
-    def steer(self, seen: Observation, memory: Watch) -> tuple[Float[Array, ""], Watch]:
-        one = jax.tree.map(lambda x: x[None], (seen, memory))
+    def steer(
+        self, observation: Observation, memory: GuardState
+    ) -> tuple[Float[Array, ""], GuardState]:
+        one = jax.tree.map(lambda x: x[None], (observation, memory))
         rudder, memory = self.steer_together(*one)
         return rudder[0], jax.tree.map(lambda x: x[0], memory)
 
-    def steer_together(self, seen: Observation, memory: Watch) -> tuple[Float[Array, " w"], Watch]:
+    def steer_together(
+        self, observation: Observation, memory: GuardState
+    ) -> tuple[Float[Array, " w"], GuardState]:
         """The rudders of worlds in step with each other: their guards look at once."""
         guards, offset = jax.lax.cond(
             memory.age[0] % self.settings.every == 0,
-            lambda: self._look(seen),
+            lambda: self._look(observation),
             lambda: (memory.guards, memory.offset_rad),
         )
-        own = jax.vmap(self.pilot.actor)(seen)
-        planned = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, seen)
-        return jnp.where(guards, planned, own), Watch(guards, offset, memory.age + 1)
+        own = jax.vmap(self.pilot.actor)(observation)
+        planned = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, observation)
+        return jnp.where(guards, planned, own), GuardState(guards, offset, memory.age + 1)
 
-    def _look(self, seen: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
+    def _look(self, observation: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
         """In which worlds the guard takes the helm, and on which course; planned only if in any."""
-        guards = jnp.isfinite(jax.vmap(self.ahead)(seen).within_s)
+        guards = jnp.isfinite(jax.vmap(self.ahead)(observation).within_s)
         offset = jax.lax.cond(
             guards.any(),
-            lambda: jax.vmap(self._planned)(seen),
+            lambda: jax.vmap(self._planned)(observation),
             lambda: jnp.zeros_like(guards, jnp.float32),
         )
         return guards, offset
 
-    def _planned(self, seen: Observation) -> Float[Array, ""]:
-        return plan_course(seen, self.ship, self.settings.planner).offset_rad
+    def _planned(self, observation: Observation) -> Float[Array, ""]:
+        return plan_course(observation, self.ship, self.settings.planner).offset_rad
 
 
 def learned_in(pilot: Pilot) -> LearnedPilot | None:

@@ -6,15 +6,15 @@ import equinox as eqx
 import jax
 from jaxtyping import Array, Float
 
-from glasshelm.explain.explain import Explanation, cut, explain
-from glasshelm.explain.slots import padded, slots_for
-from glasshelm.learning.checkpoint import file_sha256
-from glasshelm.learning.rebuild import read_networks
+from glasshelm.env.observe import Observation
+from glasshelm.env.padding import bucket_size, pad_observation
+from glasshelm.env.training_envelope import TrainingEnvelope, check_numbers
+from glasshelm.explain.step_explanation import Explanation, cut, explain
 from glasshelm.networks.actors import Actor
+from glasshelm.networks.checkpoint import file_sha256
 from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.pilots.types import Memory
-from glasshelm.world.observe import Observation
-from glasshelm.world.outside import Trained, check_numbers
+from glasshelm.pilots.load_networks import read_networks
+from glasshelm.pilots.protocols import Memory
 
 
 class Decided(eqx.Module):
@@ -35,34 +35,34 @@ class LearnedPilot(eqx.Module):
 
     actor: Actor
     critic: SubTaskCritic | None
-    trained: Trained = eqx.field(static=True)
+    trained: TrainingEnvelope = eqx.field(static=True)
     name: str = eqx.field(static=True)
     weights_sha256: str | None = eqx.field(static=True, default=None)
 
     def start(self) -> Memory:
         return ()
 
-    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
-        return self.actor(seen), memory
+    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+        return self.actor(observation), memory
 
-    def decide(self, seen: Observation) -> Decided:
+    def decide(self, observation: Observation) -> Decided:
         """The rudder for one observation, and why (Eq. 19, 22-24).
 
         Any number of ships: programs are compiled for 0, 1, 2, 4, 8, … slots.
         InputError names the waypoint or the ship of whom something is seen that
         is no possible number.
         """
-        check_numbers(seen)
-        slots = seen.present.shape[-1]
-        decided = _decide(self, padded(seen, slots_for(slots)))
+        check_numbers(observation)
+        slots = observation.present.shape[-1]
+        decided = _decide(self, pad_observation(observation, bucket_size(slots)))
         return Decided(decided.action, decided.rudder_rad, _cut(decided.explanation, slots))
 
 
-def decide(pilot: LearnedPilot, seen: Observation) -> Decided:
+def decide(pilot: LearnedPilot, observation: Observation) -> Decided:
     """:meth:`LearnedPilot.decide` without its checks and its padding: pure and traceable."""
-    action = pilot.actor(seen)
+    action = pilot.actor(observation)
     rudder = action * pilot.trained.ship.rudder_limit_rad
-    return Decided(action, rudder, explain(pilot.actor, pilot.critic, seen, action))
+    return Decided(action, rudder, explain(pilot.actor, pilot.critic, observation, action))
 
 
 _decide = eqx.filter_jit(decide)

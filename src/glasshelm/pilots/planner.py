@@ -1,23 +1,26 @@
 """The planner: no network, a model of own ship and many manoeuvres tried in thought.
 
 It is the teacher of the learned pilots and the strongest of the pilots without
-weights (:mod:`glasshelm.planning.course`). It sees only what they see; it
+weights (:mod:`glasshelm.planning.course_planner`). It sees only what they see; it
 cannot say what it values, so its frames carry no explanation.
 """
 
 from jaxtyping import Array, Float
 
-from glasshelm.pilots.course import Method
-from glasshelm.planning.course import CourseSettings, plan_course
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
+from glasshelm.env.observe import Observation
+from glasshelm.pilots.course_pilot import Method
+from glasshelm.planning.course_planner import CourseSettings, plan_course
+from glasshelm.ship.nomoto import ShipParams
 
 
 def planned_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: CourseSettings
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    settings: CourseSettings,
 ) -> Float[Array, ""]:
     """What the best manoeuvre begins with."""
-    return plan_course(seen, ship, settings).offset_rad
+    return plan_course(observation, ship, settings).offset_rad
 
 
 PLANNER = Method(planned_course, CourseSettings(), every=12)

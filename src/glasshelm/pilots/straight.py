@@ -4,8 +4,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.pilots.types import Memory
-from glasshelm.world.observe import Observation
+from glasshelm.env.observe import Observation
+from glasshelm.pilots.protocols import Memory
 
 
 class StraightPilot(eqx.Module):
@@ -18,5 +18,5 @@ class StraightPilot(eqx.Module):
     def start(self) -> Memory:
         return ()
 
-    def steer(self, seen: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
         return jnp.zeros(()), memory

@@ -3,13 +3,13 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.pilots.course import Method
-from glasshelm.ships import ShipParams
-from glasshelm.world.observe import Observation
+from glasshelm.env.observe import Observation
+from glasshelm.pilots.course_pilot import Method
+from glasshelm.ship.nomoto import ShipParams
 
 
 def waypoint_course(
-    seen: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: None
+    observation: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: None
 ) -> Float[Array, ""]:
     """The bearing of the waypoint: no offset. The helmsman's PD law does the rest."""
     return jnp.zeros_like(offset_rad)

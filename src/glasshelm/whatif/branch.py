@@ -5,7 +5,7 @@ remembered then (Eq. 12); what a pilot keeps in mind from one decision to the
 next, by letting it decide again on all frames of its watch. Targets go on as
 they were logged, and straight on where the log ends: **recorded ships do not
 react** to what own ship does in a branch. Numbers are those of the log, which
-rounds to a micrometre and a microradian (:data:`glasshelm.framing.DECIMALS`).
+rounds to a micrometre and a microradian (:data:`glasshelm.simulation.frame_builder.DECIMALS`).
 """
 
 import dataclasses
@@ -19,33 +19,33 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.encounters.projection import Plane
+from glasshelm.core.errors import InputError
+from glasshelm.core.geometry import Vector
+from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, Track
-from glasshelm.errors import InputError
-from glasshelm.frames import Frame, Own
-from glasshelm.geometry import Vector
-from glasshelm.logbook import begins
-from glasshelm.moment import Held
-from glasshelm.pilots.types import Memory, Pilot
-from glasshelm.ships import ShipParams, ShipState
-from glasshelm.voyage import padded_encounter
-from glasshelm.world.feed import CAPACITY, feed
-from glasshelm.world.observe import FRAMES, Observation, nothing_seen, remember, see
-from glasshelm.world.step import WorldSettings, WorldState, margins
+from glasshelm.env.observe import FRAMES, Observation, empty_observation, observe, push_frame
+from glasshelm.env.step import EnvSettings, EnvState, margins
+from glasshelm.env.target_selection import CAPACITY, select_targets
+from glasshelm.frames.frame_log import is_episode_start
+from glasshelm.frames.schema import Frame, Own
+from glasshelm.pilots.protocols import Memory, Pilot
+from glasshelm.ship.nomoto import ShipParams, ShipState
+from glasshelm.simulation.explained_step import LastKnownTargets
+from glasshelm.simulation.voyage import padded_encounter
 
 
 class Premise(eqx.Module):
     """What a future starts from; changes are made to it (:mod:`glasshelm.whatif.changes`).
 
-    ``seen`` are the ships that the pilot sees; ``rudder_rad`` is ordered for the
+    ``observation`` are the ships that the pilot sees; ``rudder_rad`` is ordered for the
     first ``ordered`` steps. Time 0 of the encounter is the instant of the branch.
     """
 
     encounter: Encounter
-    state: WorldState
-    held: Held
+    state: EnvState
+    held: LastKnownTargets
     memory: Memory
-    seen: Bool[Array, " n"]
+    observation: Bool[Array, " n"]
     rudder_rad: Float[Array, ""]
     ordered: Int[Array, ""]
 
@@ -59,7 +59,7 @@ class Branch:
     scenario: Scenario
     ship: ShipParams
     premise: Premise
-    settings: WorldSettings
+    settings: EnvSettings
 
     def slot(self, ship: str) -> int:
         """The slot of a ship by her id or her name. InputError if there is none, or several."""
@@ -91,7 +91,7 @@ def branch_at(
     number: int,
     pilot: Pilot,
     steps: int,
-    settings: WorldSettings = WorldSettings(),
+    settings: EnvSettings = EnvSettings(),
 ) -> Branch:
     """The branch at a frame of a log, for futures of so many steps.
 
@@ -114,7 +114,7 @@ def branch_at(
     )
     wide = encounter.present.shape[0]
     ship = _ship(start)
-    known, memory = nothing_seen(wide), pilot.start()
+    known, memory = empty_observation(wide), pilot.start()
     remembers = bool(jax.tree.leaves(memory))
     for k in range(first, number + 1):
         known, memory = _relive(
@@ -155,7 +155,7 @@ def _first_relived(frames: Sequence[Frame], number: int, pilot: Pilot) -> int:
     """The first frame that still matters: five are seen; a memory reaches back to its beginning."""
     remembers = bool(jax.tree.leaves(pilot.start()))
     first = number
-    while first > 0 and not begins(frames, first):
+    while first > 0 and not is_episode_start(frames, first):
         same_watch = remembers and frames[first - 1].pilot == frames[number].pilot
         if number - first >= FRAMES - 1 and not same_watch:
             break
@@ -176,19 +176,19 @@ def _relive(
     decides: bool,
 ) -> tuple[Observation, Memory]:
     """What is remembered once a logged instant has been seen, and (``decides``) decided upon."""
-    known = remember(known, see(own, waypoint, motion, motion.present), first)
+    known = push_frame(known, observe(own, waypoint, motion, motion.present), first)
     if decides:
-        _, memory = pilot.steer(feed(known, loa_m=jnp.asarray(ship.loa_m))[0], memory)
+        _, memory = pilot.steer(select_targets(known, loa_m=jnp.asarray(ship.loa_m))[0], memory)
     return known, memory
 
 
 @eqx.filter_jit
 def _standing(
     encounter: Encounter, known: Observation, motion: Motion, ship: ShipParams
-) -> WorldState:
+) -> EnvState:
     zero = jnp.zeros((), jnp.int32)
     danger = jnp.maximum(margins(encounter.own, motion, ship), 0.0)
-    return WorldState(encounter.own, zero, zero, known, danger)
+    return EnvState(encounter.own, zero, zero, known, danger)
 
 
 def _infos(window: Sequence[Frame]) -> tuple[TargetInfo, ...]:
@@ -212,7 +212,7 @@ def _track(
     places: dict[str, int],
     slots: int,
     steps: int,
-    settings: WorldSettings,
+    settings: EnvSettings,
 ) -> Track:
     """One leg a logged frame, the last one for ever; while a ship is away, one that has ended."""
     count = 1 if len(ahead) == 1 else max(steps + 1, len(ahead))
@@ -258,7 +258,7 @@ def _moving(values: np.ndarray, present: np.ndarray) -> Motion:
     return Motion(east, north, course, speed, age, jnp.asarray(present))
 
 
-def _held(relived: Sequence[Frame], places: dict[str, int], slots: int) -> Held:
+def _held(relived: Sequence[Frame], places: dict[str, int], slots: int) -> LastKnownTargets:
     """The lost ships of the last of these frames, where and when each was last there."""
     now = relived[-1]
     values, present = np.zeros((5, slots), np.float32), np.zeros(slots, bool)
@@ -270,7 +270,7 @@ def _held(relived: Sequence[Frame], places: dict[str, int], slots: int) -> Held:
             age_s = max((t.age_s or 0.0) - gone_s, 0.0)
             values[:, place] = t.east_m, t.north_m, t.course_rad, t.speed_m_s, age_s
             present[place], time_s[place] = True, -gone_s
-    return Held(_moving(values, present), jnp.asarray(time_s))
+    return LastKnownTargets(_moving(values, present), jnp.asarray(time_s))
 
 
 def _last_there_s(relived: Sequence[Frame], id: str) -> float:
@@ -318,8 +318,8 @@ def _origin(own: Own) -> tuple[float, float] | None:
     origin = here
     east, north = np.array([-own.east_m]), np.array([-own.north_m])
     for _ in range(6):  # each guess misses by a thousandth of the one before, or less
-        origin = Plane(float(origin[0][0]), float(origin[1][0])).to_globe(east, north)
-        found = Plane(float(origin[0][0]), float(origin[1][0])).to_plane(*here)
+        origin = LocalProjection(float(origin[0][0]), float(origin[1][0])).to_globe(east, north)
+        found = LocalProjection(float(origin[0][0]), float(origin[1][0])).to_plane(*here)
         east, north = found[0] - own.east_m, found[1] - own.north_m
     return float(origin[0][0]), float(origin[1][0])
 

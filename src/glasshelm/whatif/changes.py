@@ -7,12 +7,12 @@ from typing import Protocol, runtime_checkable
 import equinox as eqx
 import jax.numpy as jnp
 
+from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Track
-from glasshelm.errors import InputError
-from glasshelm.report.words import degrees, lasting, side
+from glasshelm.env.observe import Observation
+from glasshelm.env.step import targets_at
+from glasshelm.frames.phrases import degrees, lasting, side
 from glasshelm.whatif.branch import Branch, Premise
-from glasshelm.world.observe import Observation
-from glasshelm.world.step import targets_at
 
 #: An order that is never taken back, in steps.
 FOR_EVER = 2**30
@@ -39,7 +39,7 @@ class Deleted:
 
     def apply(self, branch: Branch, premise: Premise) -> Premise:
         slot = branch.slot(self.ship)
-        there = jnp.arange(premise.seen.shape[0]) != slot
+        there = jnp.arange(premise.observation.shape[0]) != slot
         return eqx.tree_at(
             lambda p: (
                 p.encounter.present,
@@ -61,15 +61,17 @@ class Deleted:
 
 
 @dataclasses.dataclass(frozen=True)
-class Blind:
+class Hidden:
     """The pilot does not see the ship; she is there, and counts for danger and collisions."""
 
     ship: str
 
     def apply(self, branch: Branch, premise: Premise) -> Premise:
-        seen = premise.seen.at[branch.slot(self.ship)].set(False)
-        known = unseen(premise.state.observation, seen)
-        return eqx.tree_at(lambda p: (p.seen, p.state.observation), premise, (seen, known))
+        observation = premise.observation.at[branch.slot(self.ship)].set(False)
+        known = unseen(premise.state.observation, observation)
+        return eqx.tree_at(
+            lambda p: (p.observation, p.state.observation), premise, (observation, known)
+        )
 
     def words(self, branch: Branch) -> str:
         return f"if the pilot did not see {_name(branch, self.ship)}"
@@ -145,9 +147,9 @@ class Rudder:
         return f"with the rudder {where} for {lasting(self.seconds)}"
 
 
-def unseen(known: Observation, seen: jnp.ndarray) -> Observation:
+def unseen(known: Observation, observation: jnp.ndarray) -> Observation:
     """The observation with only these ships in it."""
-    present = known.present & seen
+    present = known.present & observation
     return Observation(
         known.waypoint, jnp.where(present[:, None, None], known.targets, 0.0), present
     )

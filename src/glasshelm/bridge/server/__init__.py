@@ -1,0 +1,1 @@
+"""The server: connections, access, protocol, the session shown to all viewers."""

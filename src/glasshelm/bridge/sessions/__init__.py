@@ -1,0 +1,1 @@
+"""Sessions: simulated, replayed and live voyages, and their logs."""

@@ -1,0 +1,1 @@
+"""The COLREGs: kinds of encounter, who gives way, compliance, and the words for it."""

@@ -1,0 +1,1 @@
+"""What every package may use: errors, geometry, safe text, output files, compiled programs."""

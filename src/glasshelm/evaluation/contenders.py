@@ -1,0 +1,127 @@
+"""Who is examined: pilots on the ships that they steer, one or several training seeds each."""
+
+import dataclasses
+import functools
+import hashlib
+import importlib.metadata
+from collections.abc import Sequence
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import numpy as np
+
+import glasshelm
+from glasshelm.core.errors import InputError
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.pilots.registry import pilot_named
+from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
+
+#: The rooms whose code decides what a voyage comes to.
+VOYAGE = (
+    "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
+    "networks", "pilots", "planning", "ship", "training/course_reversals.py",
+)  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Contender:
+    """A pilot, or a seer, on a ship. ``pilots`` holds one a training seed, in the order given."""
+
+    name: str
+    ship_name: str
+    ship: ShipParams
+    pilots: tuple[Pilot | OraclePilot, ...]
+
+    @property
+    def weights(self) -> tuple[str, ...]:
+        """The first eight digits of each seed's weights' SHA-256; empty where there are none."""
+        return tuple((getattr(p, "weights_sha256", None) or "")[:8] for p in self.pilots)
+
+
+def contenders_named(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
+    """The entrants of a command line.
+
+    Each is a pilot's name or file, or ``NAME=FILE,FILE,...`` for the training
+    seeds of one pilot. A pilot that has a ship of its own is sailed on it, any
+    other on each of ``ships``. InputError if a name is there twice, or the
+    seeds of a pilot are on different ships.
+    """
+    found: list[Contender] = []
+    for text in given:
+        label, equals, files = text.partition("=")
+        names = files.split(",") if equals else [text]
+        if not label or not all(names):
+            raise InputError(f"pilot {text!r}: write NAME=FILE,FILE,... or one name")
+        pilots = tuple(ORACLE_PILOTS.get(name) or pilot_named(name) for name in names)
+        name = label if equals else pilots[0].name
+        for ship_name in _ships(name, pilots, ships):
+            if any(e.name == name and e.ship_name == ship_name for e in found):
+                raise InputError(f"pilot {name!r} is named twice: give one a name with NAME=FILE")
+            found.append(Contender(name, ship_name, ship_named(ship_name), pilots))
+    if not found:
+        raise InputError("no pilot to examine: name one or more with --pilots")
+    return found
+
+
+def check_references(against: Sequence[str], among: Sequence[Contender]) -> None:
+    """InputError if a name of ``against`` is neither of these entrants' nor of any pilot."""
+    for name in against:
+        if not any(e.name == name for e in among):
+            try:
+                contenders_named([name])
+            except InputError as error:
+                raise InputError(f"--against: {error}") from None
+
+
+def _ships(
+    name: str, pilots: tuple[Pilot | OraclePilot, ...], ships: Sequence[str]
+) -> Sequence[str]:
+    own = {ship for pilot in pilots if (ship := ship_of(pilot)) is not None}
+    if len(own) > 1:
+        raise InputError(f"pilot {name!r}: its seeds were trained on {' and '.join(sorted(own))}")
+    return sorted(own) or ships
+
+
+def ship_of(pilot: Pilot | OraclePilot) -> str | None:
+    """The name of the preset ship that a pilot was made for; None if for any."""
+    ship = pilot.trained.ship if isinstance(pilot, LearnedPilot) else getattr(pilot, "ship", None)
+    if not isinstance(ship, ShipParams):
+        return None
+    values = tuple(map(float, dataclasses.astuple(ship)))
+    for name, preset in SHIPS.items():
+        if np.allclose(values, tuple(map(float, dataclasses.astuple(preset))), rtol=1e-6):
+            return name
+    raise InputError(f"pilot {pilot.name!r} is for a ship that is none of {', '.join(SHIPS)}")
+
+
+def digest_of(pilot: Pilot | OraclePilot) -> str:
+    """What tells one pilot from another, whatever they are called: SHA-256 in hexadecimal."""
+    if isinstance(pilot, LearnedPilot) and pilot.weights_sha256 is not None:
+        return pilot.weights_sha256
+    told = hashlib.sha256(f"{type(pilot).__module__}.{pilot!r}".encode())
+    for leaf in jax.tree.leaves(eqx.filter(pilot, eqx.is_array)):
+        told.update(np.asarray(leaf).tobytes())
+    return told.hexdigest()
+
+
+@functools.cache
+def code_digest(rooms: tuple[str, ...] = VOYAGE) -> str:
+    """SHA-256 of the code that decides a result, and of what it is computed with.
+
+    Raises:
+        FileNotFoundError: a room that is not there would weaken the key in silence.
+    """
+    root = Path(glasshelm.__file__).parent
+    told = hashlib.sha256()
+    for room in rooms:
+        path = root / room
+        if not path.exists():
+            raise FileNotFoundError(f"{path}: named as code that decides a result, and not there")
+        for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
+            told.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
+    for package in ("jax", "jaxlib"):
+        told.update(importlib.metadata.version(package).encode())
+    return told.hexdigest()

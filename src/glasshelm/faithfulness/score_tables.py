@@ -1,0 +1,146 @@
+"""The result of the exam in words and tables: which explanation tells the truth about the pilot."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from glasshelm.core.text import markdown_code, markdown_text
+from glasshelm.faithfulness.bootstrap import chance_of_no_difference, holm, mean_with_interval
+from glasshelm.faithfulness.exam_runner import MEASURES, Examined, after_layers
+
+HEADERS = {
+    "kendall": "τ_b with φ",
+    "top": "same first ship",
+    "sign": "right side",
+    "deletion": "deletion",
+    "insertion": "insertion",
+    "infidelity": "infidelity",
+    "as_told": "infidelity, c = 1",
+    "simulated": "ρ with simulation",
+    "sensitivity": "sensitivity",
+    "forgotten": "ρ after forgetting",
+}
+#: Measures of truth by which the verdict is given: larger is better.
+DECIDING = ("kendall", "deletion", "insertion", "simulated")
+
+#: The explanations of the paper, and the null that they are held against.
+_PAPERS = ("attention", "danger", "priority", "intention", "intention_level")
+NULL = "cpa"
+
+Seeds = Sequence[Examined]
+
+
+def report(name: str, seeds: Seeds, command: str, machine: str) -> str:
+    """The table of one pilot (its training seeds together) and the verdict."""
+    first = seeds[0]
+    scenes = sum(len(s.voyage) for s in seeds)
+    voyages = sum(len(np.unique(s.voyage)) for s in seeds)
+    hashes = ", ".join(f"`{(s.pilot.weights_sha256 or '')[:8]}`" for s in seeds)
+    own = np.mean([np.median(s.own_sensitivity) for s in seeds])
+    plural = "s" if len(seeds) > 1 else ""
+    lines = [
+        f"## {markdown_text(name)}",
+        "",
+        f"{scenes:,} scenes of {voyages:,} voyages, {len(seeds)} seed{plural}. Weights (SHA-256): "
+        f"{hashes}. {machine}. {markdown_code(command)}",
+        "",
+        "| explanation | " + " | ".join(HEADERS[m] for m in MEASURES) + " |",
+        "|---|" + "---|" * len(MEASURES),
+    ]
+    for explainer in first.explainers:
+        cells = [_cell(seeds, explainer.name, measure) for measure in MEASURES]
+        lines.append(f"| {explainer.title} | " + " | ".join(cells) + " |")
+    lines += [
+        "",
+        f"The rudder's own sensitivity: {own:.2f} (median). In brackets 95 % intervals, "
+        "each for itself.",
+        "",
+        *_staged(seeds),
+        *verdicts(seeds),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(seeds: Seeds, explainer: str, measure: str) -> str:
+    if measure == "sensitivity":
+        middle = np.median(np.concatenate([s.told[explainer][measure] for s in seeds]))
+        return f"{middle:.2f}"
+    value, low, high = score_of(seeds, explainer, measure)
+    if not np.isfinite(value):
+        return "–"
+    return f"{value:.2f} [{low:.2f}, {high:.2f}]"
+
+
+def score_of(seeds: Seeds, explainer: str, measure: str) -> tuple[float, float, float]:
+    """The mean of a measure and its interval."""
+    return mean_with_interval(
+        [np.asarray(s.told[explainer][measure]) for s in seeds], [s.voyage for s in seeds]
+    )
+
+
+def _staged(seeds: Seeds) -> list[str]:
+    """ρ after the top 1, 2, … layers were forgotten, of what is made of the networks."""
+    layers = min(s.layers for s in seeds)
+    measures = [after_layers(top) for top in range(1, layers)] + ["forgotten"]
+    lines = [
+        f"ρ after forgetting, layer by layer from the output down (of {layers}; before the last "
+        "of one scene in four):",
+        "",
+        "| explanation | " + " | ".join(map(str, range(1, layers + 1))) + " |",
+        "|---|" + "---|" * layers,
+    ]
+    for explainer in seeds[0].explainers:
+        if explainer.kind != "null":
+            cells = [_cell(seeds, explainer.name, measure) for measure in measures]
+            lines.append(f"| {explainer.title} | " + " | ".join(cells) + " |")
+    return [*lines, ""]
+
+
+def verdicts(seeds: Seeds) -> list[str]:
+    """Does each explanation of the paper tell more than the CPA figures alone? In words.
+
+    All comparisons of one pilot are corrected together.
+    """
+    names = {e.name: e.title for e in seeds[0].explainers}
+    pairs = [(ours, measure) for ours in _PAPERS if ours in names for measure in DECIDING]
+    gaps = [_gap(seeds, ours, measure) for ours, measure in pairs]
+    held = dict(zip(pairs, holm([chance for _, chance in gaps]), strict=True))
+    sign = {pair: mean for pair, (mean, _) in zip(pairs, gaps, strict=True)}
+    said = [
+        f"{len(pairs)} comparisons with {names[NULL]}; the chance of one false difference or "
+        "more among them all is at most 5 % (Holm 1979):",
+        "",
+    ]
+    for ours in _PAPERS:
+        if ours in names:
+            better = [HEADERS[m] for m in DECIDING if held[ours, m] and sign[ours, m] > 0]
+            worse = [HEADERS[m] for m in DECIDING if held[ours, m] and sign[ours, m] < 0]
+            said.append(f"- {_against(names[ours], names[NULL], better, worse)}")
+    best = max(
+        (e.name for e in seeds[0].explainers if e.name != "shapley"),
+        key=lambda e: np.nanmean([score_of(seeds, e, m)[0] for m in DECIDING]),
+    )
+    said.append(
+        f"- By the mean of the same {len(DECIDING)} scores the truest, next to the Shapley value "
+        f"of the rudder itself, is: {names[best]}."
+    )
+    return said
+
+
+def _gap(seeds: Seeds, ours: str, measure: str) -> tuple[float, float]:
+    """How much more than the null an explanation has of a score, and the chance that it is 0."""
+    gaps = [np.asarray(s.told[ours][measure]) - s.told[NULL][measure] for s in seeds]
+    voyages = [s.voyage for s in seeds]
+    return mean_with_interval(gaps, voyages)[0], chance_of_no_difference(gaps, voyages)
+
+
+def _against(title: str, other: str, better: list[str], worse: list[str]) -> str:
+    if better and not worse:
+        return f"{title} tells more of the pilot than {other} ({', '.join(better)})."
+    if worse and not better:
+        return f"{title} tells **less** of the pilot than {other} ({', '.join(worse)})."
+    if better and worse:
+        return (
+            f"{title} against {other}: better in {', '.join(better)}, worse in {', '.join(worse)}."
+        )
+    return f"{title} and {other}: no difference that these scenes show."

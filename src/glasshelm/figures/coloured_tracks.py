@@ -1,0 +1,170 @@
+"""Figures 9, 13 and 14, and their like: tracks coloured by what is made of each ship."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, Normalize
+from matplotlib.figure import Figure
+
+from glasshelm.figures import maps
+from glasshelm.figures.style import legend_below, looks, new_figure, one_hue, styled, two_hues
+from glasshelm.frames.series import Frames, Row, Series, ShipSeries, series, ships_of_note
+
+DANGER = one_hue("danger", "#8f1d14")
+ATTENTION = one_hue("attention", "#0b3c78")
+MOVES = two_hues("moves", "#9c4a00", "#00594f")
+INTENTION = two_hues("intention", "#b35806", "#3f1d74")
+
+
+@dataclasses.dataclass(frozen=True)
+class Colouring:
+    """A quantity of each ship, and the colours that tell it."""
+
+    of: Callable[[ShipSeries], Row]
+    label: str
+    cmap: Colormap
+    norm: Normalize
+
+
+@styled
+def danger(frames: Frames) -> Figure | None:
+    """Figure 9: relative tracks coloured by the critic's evaluation Q_ca; darker = more danger.
+
+    Danger is Q_far − Q_ca, how much lower the critic values a ship than one far
+    off (negative: higher, drawn as none). None if the pilot has no critic.
+    """
+    voyage = series(frames)
+    if not voyage.has("q") or not voyage.has("q_far"):
+        return None
+    top = _top([s.judged_danger for s in voyage.ships])
+    colouring = Colouring(
+        lambda s: s.judged_danger,
+        "danger by the critic, Q far off − Q [reward]",
+        DANGER,
+        Normalize(0, top),
+    )
+    figure = new_figure(5.4, 5.3)
+    ax = figure.add_subplot()
+    _draw(ax, voyage, colouring, relative=True)
+    _finish(figure, [ax], voyage, colouring, own=False)
+    return figure
+
+
+@styled
+def attention(frames: Frames) -> Figure | None:
+    """Figure 13: tracks north-up and relative, coloured by attention (Eq. 23).
+
+    None if the pilot has no attention.
+    """
+    voyage = series(frames)
+    if not voyage.has("attention"):
+        return None
+    colouring = Colouring(
+        lambda s: s.attention, "attention, share of 1", ATTENTION, Normalize(0, 1)
+    )
+    return _both(voyage, colouring)
+
+
+@styled
+def intention(frames: Frames, level: bool = False) -> Figure | None:
+    """Figure 14: tracks north-up and relative, coloured by intention (Eq. 24).
+
+    The journal's reading, increment of Q_ca × attention, is signed: violet where
+    the chosen rudder improves matters with this ship, orange where it worsens
+    them. ``level`` draws the preprint's Q_ca × attention instead. None if the
+    pilot has no attention.
+    """
+    voyage = series(frames)
+    field = "intention_level" if level else "intention"
+    if not voyage.has(field):
+        return None
+    if level:
+        top = _top([-s.intention_level for s in voyage.ships])
+        colouring = Colouring(
+            lambda s: -s.intention_level, "intention, −Q × attention [reward]", DANGER,
+            Normalize(0, top),
+        )  # fmt: skip
+    else:
+        top = _top([np.abs(s.intention) for s in voyage.ships])
+        colouring = Colouring(
+            lambda s: s.intention, "intention, increment of Q × attention [reward]", INTENTION,
+            Normalize(-top, top),
+        )  # fmt: skip
+    return _both(voyage, colouring)
+
+
+@styled
+def moves(frames: Frames) -> Figure | None:
+    """Tracks coloured by each ship's Shapley value of the rudder: how far she moves it, and where.
+
+    Green where she moves it to starboard, brown to port. None if the frames have no
+    Shapley values.
+    """
+    voyage = series(frames)
+    if not voyage.has("shapley_rad"):
+        return None
+    top = _top([np.degrees(np.abs(s.shapley_rad)) for s in voyage.ships])
+    colouring = Colouring(
+        lambda s: np.degrees(s.shapley_rad), "port ← rudder moved by this ship [°] → starboard",
+        MOVES, Normalize(-top, top),
+    )  # fmt: skip
+    return _both(voyage, colouring)
+
+
+def _both(voyage: Series, colouring: Colouring) -> Figure:
+    figure = new_figure(8.6, 4.7)
+    left, right = figure.subplots(1, 2)
+    _draw(left, voyage, colouring, relative=False)
+    _draw(right, voyage, colouring, relative=True)
+    _finish(figure, [left, right], voyage, colouring, own=True)
+    return figure
+
+
+def _draw(ax: Axes, voyage: Series, colouring: Colouring, relative: bool) -> None:
+    at, step = maps.marks(voyage)
+    if relative:
+        maps.frame_relative(ax, voyage)
+        maps.draw_domain(ax, voyage.frames[0].ship)
+        ax.set_title(f"Seen from own ship, a marker every {step:g} min")
+    else:
+        maps.draw_own(ax, voyage, at)
+        maps.frame_absolute(ax, voyage)
+        ax.set_title("Tracks, own ship's minutes numbered")
+    maps.draw_others(ax, voyage, relative)
+    by_id = looks(voyage)
+    for ship in ships_of_note(voyage):
+        maps.draw_valued(
+            ax, *maps.track(ship, relative), colouring.of(ship), at, by_id[ship.id].marker,
+            colouring.cmap, colouring.norm,
+        )  # fmt: skip
+
+
+def _finish(
+    figure: Figure, axes: list[Axes], voyage: Series, colouring: Colouring, own: bool
+) -> None:
+    bar = figure.colorbar(
+        ScalarMappable(colouring.norm, colouring.cmap),
+        ax=axes, label=colouring.label, shrink=0.8, aspect=28, pad=0.015,
+        extend=_extend(voyage, colouring),
+    )  # fmt: skip
+    bar.outline.set_visible(False)
+    handles = maps.ship_handles(voyage, coloured=False)
+    legend_below(figure, [maps.own_handle(), *handles] if own else handles)
+
+
+def _top(rows: list[Row]) -> float:
+    """Where the scale ends: all but the most extreme hundredth lies below. Never zero."""
+    values = np.concatenate(rows)
+    values = values[np.isfinite(values) & (values > 0)]
+    return max(float(np.quantile(values, 0.99)), 1e-4) if values.size else 1e-3
+
+
+def _extend(voyage: Series, colouring: Colouring) -> str:
+    """Which ends of the colour bar carry an arrow: values lie beyond them."""
+    values = np.concatenate([colouring.of(ship) for ship in voyage.ships])
+    low = bool(np.nanmin(values) < colouring.norm.vmin)
+    high = bool(np.nanmax(values) > colouring.norm.vmax)
+    return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[(low, high)]

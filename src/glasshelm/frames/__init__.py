@@ -1,0 +1,1 @@
+"""Frames: the schema, logs, Parquet, time series and summaries of a voyage."""

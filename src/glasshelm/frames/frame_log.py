@@ -1,0 +1,214 @@
+"""The log: frames as JSON lines, appended one by one; their schema; their Parquet form.
+
+A line is one frame as msgspec writes it (glasshelm.frames.schema). A log whose writer
+was killed may end in a torn line; reading leaves that line out.
+``python -m glasshelm.frames.frame_log docs/frame.schema.json`` writes the schema.
+"""
+
+import contextlib
+import errno
+import inspect
+import itertools
+import json
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+import msgspec
+
+from glasshelm.core.errors import NOT_JSON, InputError, hide_paths
+from glasshelm.core.output_dir import atomic_write
+from glasshelm.frames.schema import Frame
+
+#: Bytes of a frame's line at most; one of 200 ships has about 100,000.
+LONGEST = 32_000_000
+
+
+class FrameLog:
+    """A log open for appending; a context manager.
+
+    Every frame is handed to the system before ``write`` returns; one that cannot be
+    written whole leaves the log as it was. The torn last line of a log that was cut off
+    is removed before anything is appended; ``fresh`` begins an empty log in its place.
+    InputError if the file cannot be opened.
+    """
+
+    def __init__(self, path: str | Path, fresh: bool = False):
+        self.path = Path(path)
+        self.frames = 0
+        self._encoder = msgspec.json.Encoder()
+        with _told(self.path):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            # Unbuffered: what is told as written is with the system, nothing waits in between.
+            self._file = open(self.path, "w+b" if fresh else "a+b", buffering=0)  # noqa: SIM115
+        try:
+            with _told(self.path):
+                #: Where the last whole line ends, and whether anything lies behind it.
+                self._end, self._torn = self._whole_lines(), False
+        except BaseException:
+            self._file.close()
+            raise
+
+    def write(self, frame: Frame) -> bytes:
+        """Append one frame; returns its line, without the end. InputError if it cannot be."""
+        line = self._encoder.encode(frame)
+        self.add(line)
+        return line
+
+    def add(self, line: bytes) -> None:
+        """Append the line of a frame, given without its end, whole or not at all."""
+        rest = memoryview(line + b"\n")
+        with _told(self.path):
+            if self._torn:
+                self._cut_back()
+            self._torn = True
+            try:
+                self._file.seek(self._end)
+                while rest:
+                    rest = rest[self._file.write(rest) :]
+            except BaseException:
+                with contextlib.suppress(OSError):  # then it is tried before the next line
+                    self._cut_back()
+                raise
+        self._end += len(line) + 1
+        self._torn = False
+        self.frames += 1
+
+    @property
+    def gone(self) -> bool:
+        """Whether the file was removed or replaced: what is written now, nobody finds."""
+        try:
+            return not os.path.samestat(os.stat(self.path), os.fstat(self._file.fileno()))
+        except (FileNotFoundError, NotADirectoryError):
+            return True
+        except OSError as error:
+            return error.errno == errno.ESTALE  # otherwise nobody can tell at the moment
+
+    def close(self) -> None:
+        """InputError where only now the system says that something could not be written."""
+        with _told(self.path):
+            self._file.close()
+
+    def __enter__(self) -> "FrameLog":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _cut_back(self) -> None:
+        self._file.truncate(self._end)
+        self._torn = False
+
+    def _whole_lines(self) -> int:
+        """Cut off the torn last line; where the log ends now."""
+        end = self._file.seek(0, os.SEEK_END)
+        whole = end
+        while whole > 0:
+            start = max(whole - 65536, 0)
+            self._file.seek(start)
+            newline = self._file.read(whole - start).rfind(b"\n")
+            if newline >= 0:
+                whole = start + newline + 1
+                break
+            whole = start
+        if whole < end:
+            self._file.truncate(whole)
+        return whole
+
+
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Why a log cannot be written, in one line."""
+    try:
+        yield
+    except FileExistsError:
+        raise InputError(f"{path}: cannot write the log (its folder is a file)") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot write the log ({error.strerror or error})") from None
+
+
+def write(path: str | Path, frames: Iterable[Frame]) -> int:
+    """Write a whole log, replacing the file; returns the number of frames."""
+    with (
+        atomic_write(path) as partial,
+        hide_paths(str(path), partial),
+        FrameLog(partial, fresh=True) as log,
+    ):
+        for frame in frames:
+            log.write(frame)
+        return log.frames
+
+
+def read(path: str | Path) -> Iterator[Frame]:
+    """The frames of a log, one by one.
+
+    A last line without its end is left out if it cannot be read. InputError if
+    there is no such file, or names the first damaged line before it.
+    """
+    decoder = msgspec.json.Decoder(Frame)
+    try:
+        file = open(path, "rb")  # noqa: SIM115
+    except OSError as error:
+        raise InputError(f"{path}: cannot read the log ({error.strerror})") from None
+    with file:
+        for number, line in lines(file, str(path)):
+            try:
+                yield decoder.decode(line)
+            except NOT_JSON as error:
+                if not line.endswith(b"\n"):
+                    return
+                raise InputError(f"{path}: line {number} is not a frame ({error})") from None
+
+
+def lines(file: BinaryIO, name: str) -> Iterator[tuple[int, bytes]]:
+    """The lines of a log with their numbers, without the blank ones; none is read beyond LONGEST.
+
+    InputError, in the words of ``name``, for a longer one, and where the file cannot be read.
+    """
+    for number in itertools.count(1):
+        try:
+            line = file.readline(LONGEST + 1)
+        except OSError as error:
+            raise InputError(f"{name}: cannot read the log ({error.strerror})") from None
+        if not line:
+            return
+        if len(line) > LONGEST:
+            most = f"{LONGEST // 10**6} MB"
+            raise InputError(f"{name}: line {number} is longer than any frame ({most}): no log")
+        if line.strip():
+            yield number, line
+
+
+def is_episode_start(frames: Sequence[Frame], k: int) -> bool:
+    """Whether nothing was remembered before frame k: the one without a reward among others."""
+    beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
+    return frames[k].reward is None and beside.reward is not None
+
+
+def schema() -> str:
+    """The JSON schema of a frame, as text: the same for every version of Python."""
+    return json.dumps(_clean(msgspec.json.schema(Frame)), indent=2, ensure_ascii=False) + "\n"
+
+
+def _clean(part: Any) -> Any:
+    """A schema whose descriptions are free of the indentation of docstrings."""
+    if isinstance(part, dict):
+        return {
+            name: inspect.cleandoc(value)
+            if name == "description" and isinstance(value, str)
+            else _clean(value)
+            for name, value in part.items()
+        }
+    return [_clean(value) for value in part] if isinstance(part, list) else part
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(schema(), encoding="utf-8")

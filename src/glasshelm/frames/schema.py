@@ -1,0 +1,211 @@
+"""The frame: situation, decision and explanation of one instant, for everything that people see.
+
+One schema for a line of the log, a message to the page and the input of a
+figure. SI units, radians clockwise from north, east/north of the scenario's
+origin. What a pilot or a source does not have is *absent* (``None`` here, not
+written there), never a zero. Field names are fixed: others build on them.
+Text of a frame can be shown as it is, wherever the frame comes from (:mod:`glasshelm.core.text`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+
+import msgspec
+
+from glasshelm.core.text import name_of, printable
+
+
+class _Part(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Fields left at ``None`` are not written."""
+
+    def _clean(self, clean: Callable[[str], str], *fields: str) -> None:
+        for field in fields:
+            text = getattr(self, field)
+            if text is not None and (shown := clean(text)) != text:
+                msgspec.structs.force_setattr(self, field, shown)
+
+
+class Ship(_Part, frozen=True):
+    """Own ship's parameters (Eq. 6, 14-15)."""
+
+    loa_m: float
+    beam_m: float
+    K_1_s: float
+    T_s: float
+    rudder_limit_rad: float
+    speed_m_s: float
+    rudder_rate_rad_s: float | None = None  # absent: at once
+
+
+class Own(_Part, frozen=True):
+    """Own ship's motion. ``rudder_rad`` is absent where no sensor gives it."""
+
+    east_m: float
+    north_m: float
+    heading_rad: float
+    speed_m_s: float
+    rate_of_turn_rad_s: float
+    rudder_rad: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+
+
+class Waypoint(_Part, frozen=True):
+    east_m: float
+    north_m: float
+
+
+class Decision(_Part, frozen=True):
+    """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard.
+
+    ``alone_rad`` is what it would be with no other ship: with every target's
+    ``shapley_rad`` it adds up to ``rudder_rad``. ``overruled_rad`` is the rudder that the
+    pilot himself decided where an order or his guard has the helm; the shares of a rudder
+    are then absent.
+    """
+
+    rudder_rad: float
+    applied: bool = True
+    alone_rad: float | None = None
+    overruled_rad: float | None = None
+
+
+class Guard(_Part, frozen=True):
+    """What a guard sees on the pilot's own way if every target keeps straight on.
+
+    ``steers``: it has the helm, since its last look. ``target`` is who comes first into own ship's
+    domain or to its edge on the pilot's own way, ``within_s`` when, ``depth`` how deep (Eq. 13,
+    unclipped: above 0 inside). Absent where that way keeps clear.
+    """
+
+    steers: bool
+    target: str | None = None
+    within_s: float | None = None
+    depth: float | None = None
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "target")
+
+
+class ByTask(_Part, frozen=True):
+    """One number a sub-task (Eq. 16-19, 22)."""
+
+    waypoint: float
+    collision: float
+    total: float | None = None
+
+
+class Sweep(_Part, frozen=True):
+    """Q over the rudder range, split by sub-task; each target carries its own row ``q_sweep``."""
+
+    rudder_rad: list[float]
+    waypoint: list[float]
+    collision: list[float]
+
+
+class Band(_Part, frozen=True):
+    """The certified rudder band: the pilot's rudder is in it while no sensor errs by more.
+
+    The errors are bounds for own ship and every target alike: of positions on
+    each axis, of heading and courses, of speeds. ``turn`` is the side that is
+    certain, ``starboard`` or ``port``; absent where neither is.
+    """
+
+    low_rad: float
+    high_rad: float
+    position_m: float
+    course_rad: float
+    speed_m_s: float
+    turn: str | None = None
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "turn")
+
+
+class Target(_Part, frozen=True):
+    """A target: where she is, how near she will come, what the pilot makes of her.
+
+    ``danger`` is Eq. 13, clipped. ``q`` is Q_ca of the decided rudder (lower =
+    more dangerous), ``q_far`` the same head's value of a ship far off and
+    opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
+    ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
+    the level (preprint). ``shapley_rad`` is her share of the rudder (+ = to starboard; with
+    ``shapley_error_rad``, the standard error where it was sampled), ``left_out_rad`` the rudder
+    less what it would be without her, ``shapley_value`` her share of Q,
+    ``shapley_pairs_rad`` how far she moves the rudder together with each target of the frame,
+    beyond each by herself (absent where none matters). ``fed`` is false for a target seen but
+    not shown to the pilot; ``age_s`` the time since she was last heard;
+    ``lost`` that this is too long ago: her position is the last dead-reckoned one.
+    """
+
+    id: str
+    name: str
+    east_m: float
+    north_m: float
+    course_rad: float
+    speed_m_s: float
+    range_m: float
+    bearing_rad: float  # relative to own heading, starboard positive, in [−π, π)
+    dcpa_m: float
+    tcpa_s: float
+    danger: float
+    q: float | None = None
+    q_far: float | None = None
+    q_sweep: list[float] | None = None
+    priority: float | None = None
+    attention: float | None = None
+    intention: float | None = None
+    intention_level: float | None = None
+    shapley_rad: float | None = None
+    shapley_error_rad: float | None = None
+    left_out_rad: float | None = None
+    shapley_value: float | None = None
+    shapley_pairs_rad: list[float] | None = None
+    length_m: float | None = None
+    fed: bool = True
+    lost: bool = False
+    age_s: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "id")
+        self._clean(name_of, "name")
+
+
+class Frame(_Part, frozen=True):
+    """One instant.
+
+    ``reward`` is of the step that led here (absent in the first frame);
+    ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
+    rudder 0 (Eq. 22). ``outside`` names what lies outside the training
+    distribution, in words. ``band`` is there where it was asked for, ``guard`` with
+    a guarded pilot.
+    """
+
+    time_s: float
+    pilot: str
+    source: str
+    ship: Ship
+    own: Own
+    waypoint: Waypoint
+    targets: list[Target]
+    decision: Decision | None = None
+    weights_sha256: str | None = None
+    time_utc: str | None = None
+    reward: ByTask | None = None
+    value: ByTask | None = None
+    priority: ByTask | None = None
+    sweep: Sweep | None = None
+    outside: list[str] | None = None
+    band: Band | None = None
+    guard: Guard | None = None
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "pilot", "source", "weights_sha256", "time_utc")
+        if self.outside is not None and not all(map(str.isprintable, self.outside)):
+            msgspec.structs.force_setattr(self, "outside", [*map(printable, self.outside)])
+        if self.time_utc is not None:
+            datetime.fromisoformat(self.time_utc)  # to who reads JSON: not a frame

@@ -1,1 +1,0 @@
-"""Learning: gradients through the world, DDPG, critic evaluation."""

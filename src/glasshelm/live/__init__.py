@@ -1,0 +1,1 @@
+"""Live traffic: from AIS reports to an encounter, and advice written back."""

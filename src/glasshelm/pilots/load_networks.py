@@ -1,0 +1,121 @@
+"""From a weights file to its networks: the header alone says how they are built."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any, TypeVar
+
+import equinox as eqx
+import jax
+import msgspec
+
+from glasshelm.core.errors import InputError
+from glasshelm.env.training_envelope import TrainingEnvelope
+from glasshelm.networks.actors import Actor, ActorSizes, make_actor
+from glasshelm.networks.checkpoint import CheckpointError, load_tree, read_header
+from glasshelm.networks.critics import CriticSizes, SubTaskCritic
+from glasshelm.ship.nomoto import ShipParams, check_ship, ship_named
+from glasshelm.training.config import config_from_dict
+
+#: No network of ours has more layers, or wider ones.
+MOST_LAYERS, WIDEST = 64, 65_536
+
+Sizes = TypeVar("Sizes", ActorSizes, CriticSizes)
+
+
+class Networks(eqx.Module):
+    """What a weights file holds; the critic may be absent."""
+
+    actor: Actor
+    critic: SubTaskCritic | None
+
+
+def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
+    """The shapes of the networks of a header, and what they were trained on.
+
+    In place of arrays the networks have :class:`jax.ShapeDtypeStruct`: nothing is allocated.
+
+    ``header["actor"]`` has ``kind`` and the fields of :class:`ActorSizes`,
+    ``header["critic"]`` those of :class:`CriticSizes` or is ``null``,
+    ``header["ship"]`` is a preset's name or the fields of :class:`ShipParams`;
+    ``header["config"]`` is the training's configuration, if there was one.
+    InputError names the first thing that is missing or unknown.
+    """
+    actor = dict(_part(header, "actor"))
+    kind = actor.pop("kind", None)
+    if not isinstance(kind, str):
+        raise _unfit("actor", f"kind {str(kind)[:100]!r}")
+    actor_sizes = _sizes(ActorSizes, "actor", actor)
+    critic_sizes = None
+    if header.get("critic") is not None:
+        critic_sizes = _sizes(CriticSizes, "critic", _part(header, "critic"))
+
+    def build() -> Networks:
+        key = jax.random.key(0)
+        critic = None if critic_sizes is None else SubTaskCritic(critic_sizes, key)
+        return Networks(make_actor(kind, actor_sizes, key), critic)
+
+    # Only the shapes are needed: nothing is drawn, nothing compiled.
+    return eqx.filter_eval_shape(build), _trained(header)
+
+
+def read_networks(path: Path) -> tuple[Networks, TrainingEnvelope]:
+    """The networks of a weights file, and what they were trained on.
+
+    CheckpointError, in one line, if the file is missing, damaged, truncated,
+    not ours, or holds the weights of another architecture.
+    """
+    try:
+        like, trained = rebuild(read_header(path))
+    except CheckpointError:
+        raise
+    except InputError as error:
+        raise CheckpointError(f"{path}: weights of another architecture: {error}") from None
+    return load_tree(path, like), trained
+
+
+def _trained(header: dict[str, Any]) -> TrainingEnvelope:
+    name = header.get("ship")
+    ship = ship_named(name) if isinstance(name, str) else _ship(_part(header, "ship"))
+    if header.get("config") is None:
+        return TrainingEnvelope(ship)
+    config = config_from_dict(_part(header, "config"))
+    way = config.ddpg if config.way == "ddpg" else config.analytic
+    return TrainingEnvelope(ship, way.encounters, config.ddpg.world)
+
+
+def _part(header: dict[str, Any], name: str) -> dict[str, Any]:
+    part = header.get(name)
+    if not isinstance(part, dict):
+        raise InputError(f"the header has no {name!r}: save the weights with their configuration")
+    return part
+
+
+def _sizes(kind: type[Sizes], name: str, part: dict[str, Any]) -> Sizes:
+    """Layer widths from their fields in a header; InputError if they are not its fields."""
+    unknown = sorted(set(part) - {field.name for field in dataclasses.fields(kind)})
+    if unknown:
+        raise _unfit(name, f"unknown field {unknown[0]!r}")
+    try:
+        sizes = msgspec.convert(part, kind)
+    except msgspec.ValidationError as error:
+        raise _unfit(name, str(error)) from None
+    for field in dataclasses.fields(kind):
+        widths = getattr(sizes, field.name)
+        if not isinstance(widths, tuple):
+            continue
+        if not 1 <= len(widths) <= MOST_LAYERS:
+            raise _unfit(name, f"{field.name} of {len(widths)} layers")
+        if not all(1 <= width <= WIDEST for width in widths):
+            raise _unfit(name, f"a layer of width {min(widths)} to {max(widths)}")
+    return sizes
+
+
+def _ship(part: dict[str, Any]) -> ShipParams:
+    try:
+        return check_ship(ShipParams(**msgspec.convert(part, dict[str, float])))
+    except (msgspec.ValidationError, TypeError) as error:
+        raise _unfit("ship", str(error)) from None
+
+
+def _unfit(name: str, why: str) -> InputError:
+    return InputError(f"the header's {name!r} does not fit this version ({why})")

@@ -1,0 +1,94 @@
+"""Pilots by name: the bundled weights, weights files, and pilots that need none."""
+
+from pathlib import Path
+
+from glasshelm.core.errors import InputError
+from glasshelm.pilots.course_pilot import CoursePilot, Method
+from glasshelm.pilots.cpa_rule import CPA
+from glasshelm.pilots.function_pilot import function_pilot
+from glasshelm.pilots.fuzzy_risk import FUZZY
+from glasshelm.pilots.guarded import GUARDED, GuardedPilot
+from glasshelm.pilots.learned import LearnedPilot, read_pilot
+from glasshelm.pilots.planner import PLANNER
+from glasshelm.pilots.potential_field import POTENTIAL
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.scenario_mpc import SCENARIOS
+from glasshelm.pilots.straight import StraightPilot
+from glasshelm.pilots.velocity_obstacles import VELOCITY, VELOCITY_COLREGS
+from glasshelm.pilots.waypoint import WAYPOINT
+from glasshelm.ship.nomoto import SHIPS, ship_named
+
+WEIGHTS = Path(__file__).parent.parent / "weights"
+SUFFIX = ".safetensors"
+#: Ways of choosing courses (docs/pilots.md), each a pilot for each preset ship.
+METHODS: dict[str, Method] = {
+    "waypoint": WAYPOINT,
+    "cpa": CPA,
+    "vo": VELOCITY,
+    "vo-colregs": VELOCITY_COLREGS,
+    "apf": POTENTIAL,
+    "fuzzy": FUZZY,
+    "mpc": SCENARIOS,
+    "planner": PLANNER,
+}
+#: Pilots without weights, by name: ``straight``, and ``paper-cpa``, ``large-ship-planner``, …
+UNTRAINED: dict[str, Pilot] = {
+    "straight": StraightPilot(),
+    **{
+        name: CoursePilot(SHIPS[ship], name, method)
+        for kind, method in METHODS.items()
+        for ship, name in ((ship, f"{ship.replace('_', '-')}-{kind}") for ship in SHIPS)
+    },
+}
+
+
+def bundled() -> tuple[str, ...]:
+    """Names of the learned pilots that ship inside the package."""
+    return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
+
+
+def names() -> tuple[str, ...]:
+    """Every pilot that needs no file: those bundled, the same guarded, those without weights."""
+    return (*bundled(), *(name + GUARDED for name in bundled()), *UNTRAINED)
+
+
+def default_pilot(ship: str) -> str:
+    """The name of the pilot that steers a preset ship when nobody names one.
+
+    The bundled attention pilot, which explains most; the sum pilot where only that is there.
+    InputError names the ships if it is none of them.
+    """
+    ship_named(ship)
+    choices = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
+    return next((name for name in choices if name in bundled()), choices[0])
+
+
+def pilot_named(name: str | Path) -> Pilot:
+    """Any pilot: a bundled name, one without weights, a .safetensors file, or package.module:f.
+
+    A learned one's name or file followed by ``-guarded`` is he under guard.
+    InputError lists the names that there are; CheckpointError tells what is
+    wrong with a weights file.
+    """
+    if str(name) in UNTRAINED:
+        return UNTRAINED[str(name)]
+    if str(name).endswith(GUARDED):
+        return GuardedPilot(_learned(str(name).removesuffix(GUARDED), bundled()))
+    if ":" in str(name) and not str(name).endswith(SUFFIX):
+        return function_pilot(str(name))
+    return _learned(name, names())
+
+
+def load(name: str | Path) -> LearnedPilot:
+    """A learned pilot: a bundled name or the path of a .safetensors file. Errors as above."""
+    return _learned(name, bundled())
+
+
+def _learned(name: str | Path, known: tuple[str, ...]) -> LearnedPilot:
+    text = str(name)
+    if text.endswith(SUFFIX):
+        return read_pilot(Path(text), Path(text).stem)
+    if text not in bundled():
+        choices = ", ".join((*known, f"a path ending in {SUFFIX}"))
+        raise InputError(f"unknown pilot {text!r}: choose one of {choices}")
+    return read_pilot(WEIGHTS / f"{text}{SUFFIX}", text)

@@ -1,0 +1,128 @@
+"""What happened, ship by ship, as numbers: closest approach, domain, largest priority."""
+
+import dataclasses
+import re
+
+import numpy as np
+
+from glasshelm.frames.phrases import clock, lasting, miles, where
+from glasshelm.frames.series import Frames, Series, ShipSeries, series
+
+#: A ship passes if she was farther off by this much before, and after.
+PASSING_M = 100.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Passage:
+    """One target's passage of own ship. Frames are given by index.
+
+    ``closest_m`` at ``closest``; ``interior`` says that she had been farther off
+    before and was after, by more than noise in a position. ``inside_s`` is the
+    time in own ship's domain, ``deepest`` the largest danger (Eq. 13).
+    ``wanted`` is the frame of her largest priority (Eq. 22), absent where the
+    pilot has no critic.
+    """
+
+    ship: ShipSeries
+    first: int
+    closest: int
+    closest_m: float
+    interior: bool
+    inside_s: float
+    deepest: float
+    wanted: int | None
+
+    @property
+    def name(self) -> str:
+        return self.ship.name
+
+
+def passages(frames: Frames) -> list[Passage]:
+    """Every target's passage, the nearest first."""
+    voyage = series(frames)
+    return sorted((_passage(voyage, s) for s in voyage.ships), key=lambda p: p.closest_m)
+
+
+def _passage(voyage: Series, ship: ShipSeries) -> Passage:
+    seen = np.flatnonzero(np.isfinite(ship.range_m))
+    closest = ship.nearest
+    inside = np.nan_to_num(ship.danger) > 0
+    return Passage(
+        ship=ship,
+        first=int(seen[0]),
+        closest=closest,
+        closest_m=float(ship.range_m[closest]),
+        interior=_rises(ship.range_m[: closest + 1]) and _rises(ship.range_m[closest:]),
+        inside_s=float((_durations(voyage) * inside).sum()),
+        deepest=float(np.nanmax(ship.danger)),
+        wanted=int(np.nanargmax(ship.priority)) if ship.has("priority") else None,
+    )
+
+
+def _rises(range_m: np.ndarray) -> bool:
+    """Whether a range is somewhere well above its least."""
+    return bool(np.nanmax(range_m) - np.nanmin(range_m) > PASSING_M)
+
+
+def _durations(voyage: Series) -> np.ndarray:
+    """How long each frame stands [s]: until the next; the last as long as the one before."""
+    if len(voyage.time_s) < 2:
+        return np.zeros(1)
+    steps = np.diff(voyage.time_s)
+    return np.append(steps, steps[-1])
+
+
+def verdict(frames: Frames) -> str:
+    """The voyage in one line: how near the nearest came, and whether the domain was entered."""
+    voyage = series(frames)
+    found = passages(voyage)
+    if not found:
+        return "No other ship was there."
+    near = found[0]
+    loa = voyage.frames[0].ship.loa_m
+    at = f"{near.name}, {clock(voyage, near.closest)}"
+    if near.closest_m < loa:
+        what = "a collision" if voyage.applied else "less than the ship length assumed here"
+        return f"Nearest: {near.closest_m:.0f} m, {what} ({at})."
+    entered = [p for p in found if p.inside_s > 0]
+    if not entered:
+        return f"No ship came nearer than {miles(near.closest_m)} ({at}); none entered the domain."
+    deepest = max(entered, key=lambda p: p.deepest)
+    ships = "one ship" if len(entered) == 1 else f"{len(entered)} ships"
+    return (
+        f"The domain was entered by {ships}: {deepest.name} for {lasting(deepest.inside_s)}, "
+        f"danger up to {deepest.deepest:.2f} of 1. Nearest: {miles(near.closest_m)} ({at})."
+    )
+
+
+def describe(passage: Passage) -> str:
+    """Range and side of the closest approach: ``0.80 NM on the port beam``."""
+    bearing = float(passage.ship.bearing_rad[passage.closest])
+    return f"{miles(passage.closest_m)} {where(bearing)}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Outside:
+    """One kind of thing outside the training distribution: its words when first said, and since.
+
+    Words that differ only in their numbers are of one kind. ``first`` is the
+    first frame, ``share`` the share of all frames.
+    """
+
+    words: str
+    first: int
+    share: float
+
+
+def outside(frames: Frames) -> list[Outside]:
+    """What lay outside the training distribution, as the frames say, in order of appearance."""
+    voyage = series(frames)
+    first: dict[str, tuple[str, int]] = {}
+    count: dict[str, int] = {}
+    for k, frame in enumerate(voyage.frames):
+        kinds = {re.sub(r"\d+(\.\d+)?", "#", words): words for words in frame.outside or ()}
+        for kind, words in kinds.items():
+            first.setdefault(kind, (words, k))
+            count[kind] = count.get(kind, 0) + 1
+    total = len(voyage.frames)
+    return [Outside(words, k, count[kind] / total) for kind, (words, k) in first.items()]

@@ -1,0 +1,62 @@
+"""Everything that ``glasshelm explain`` leaves behind: figures as files and the report."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from glasshelm.core.errors import InputError
+from glasshelm.core.output_dir import atomic_write
+from glasshelm.core.text import printable
+from glasshelm.figures.gallery import PLATES, reason
+from glasshelm.figures.style import as_svg, save
+from glasshelm.frames.series import Frames, series
+from glasshelm.report.html_page import page
+from glasshelm.report.narrative import story
+
+
+def write_report(
+    frames: Frames,
+    folder: Path,
+    title: str | None = None,
+    notes: Sequence[str] = (),
+    progress: Callable[[str, float], None] = lambda name, share: None,
+) -> Path:
+    """Write ``figures/*.pdf``, ``figures/*.png`` and ``report.html`` into a folder.
+
+    Returns the report's path. A figure that fails is told of under "Not drawn". ``progress``
+    is told the figure being drawn and the share done. InputError if the folder cannot be
+    written or there are no frames.
+    """
+    voyage = series(frames)
+    drawn, missing = [], []
+    try:
+        (folder / "figures").mkdir(parents=True, exist_ok=True)
+        for number, plate in enumerate(PLATES):
+            progress(plate.title, number / len(PLATES))
+            try:
+                figure = plate.draw(voyage)
+                if figure is None:
+                    missing.append(reason(plate, voyage))
+                    continue
+                save(figure, folder / "figures" / plate.stem)
+                drawn.append((plate, as_svg(figure), float(figure.get_figwidth())))
+            except OSError:
+                raise
+            except Exception as error:  # the other figures and the story are worth having
+                why = f"{type(error).__name__}: {error}"
+                missing.append(printable(f"{plate.title}: not drawn, it failed ({why})."))
+        first = voyage.frames[0]
+        told = page(
+            voyage,
+            title or f"{first.source}, steered by {first.pilot}",
+            story(voyage),
+            drawn,
+            missing,
+            notes,
+        )
+        path = folder / "report.html"
+        with atomic_write(path) as partial:
+            partial.write_text(told, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot write the report there ({error.strerror})") from None
+    progress("report", 1.0)
+    return path

@@ -1,0 +1,1 @@
+"""Simulation: an encounter and a pilot become a stream of frames."""

@@ -1,0 +1,254 @@
+"""From the numbers of a moment to the frame that people and files get (host side)."""
+
+from datetime import timedelta
+from typing import Any
+
+import numpy as np
+
+from glasshelm.core.errors import InputError
+from glasshelm.encounters.projection import LocalProjection
+from glasshelm.encounters.types import Scenario
+from glasshelm.env.rewards import Reward
+from glasshelm.env.training_envelope import check_numbers, outside_training
+from glasshelm.explain.step_explanation import Explanation
+from glasshelm.frames.schema import (
+    ByTask,
+    Decision,
+    Frame,
+    Guard,
+    Own,
+    Ship,
+    Sweep,
+    Target,
+    Waypoint,
+)
+from glasshelm.networks.critics import Values
+from glasshelm.pilots.guarded import learned_in
+from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.ship.nomoto import ShipParams
+from glasshelm.simulation.explained_step import ExplainedStep
+
+#: Numbers are written to so many decimals: a micrometre, a microradian.
+DECIMALS = 6
+#: Two ships that move the rudder together by less are not named.
+PAIR_RAD = float(np.radians(0.1))
+
+Columns = dict[str, list[Any]]
+
+
+class FrameBuilder:
+    """Makes the frames of one scenario sailed by one pilot.
+
+    ``applied`` is false where the pilot only advises; own ship's rudder is then
+    absent, unless a sensor tells it (``Scenario.own_rudder``). Moments are given on
+    the host (NumPy leaves).
+    """
+
+    def __init__(self, scenario: Scenario, pilot: Pilot, applied: bool):
+        self._scenario, self._pilot, self._applied = scenario, pilot, applied
+        self._limit = float(scenario.ship.rudder_limit_rad)
+        self._ship = ship_part(scenario.ship)
+        self._plane = None if scenario.origin is None else LocalProjection(*scenario.origin)
+        tracks = scenario.encounter.targets
+        reports = np.isfinite(np.asarray(tracks.start_s)) & np.isfinite(np.asarray(tracks.end_s))
+        #: Slots of ships known from reports that expire: for these the age means something.
+        self._reported = np.asarray(reports.any(-1))
+
+    def frame(self, moment: ExplainedStep, time_s: float, reward: Reward | None) -> Frame:
+        """The frame of a moment. InputError if the pilot was shown or decides no number."""
+        self._check(moment)
+        why = moment.explanation
+        learned = learned_in(self._pilot)
+        return Frame(
+            time_s=time_s,
+            pilot=self._pilot.name,
+            source=self._scenario.source,
+            ship=self._ship,
+            own=self._own(moment),
+            waypoint=Waypoint(*_plain(np.stack(moment.waypoint))),
+            targets=self._targets(moment),
+            decision=self._decision(moment),
+            weights_sha256=learned.weights_sha256 if learned else None,
+            time_utc=self._utc(time_s),
+            reward=_by_task(reward),
+            value=_by_task(why.value) if why else None,
+            priority=_by_task(why.priority) if why else None,
+            sweep=self._sweep(moment),
+            outside=self._outside(moment, learned) if learned else None,
+            guard=self._guard(moment),
+        )
+
+    def _check(self, moment: ExplainedStep) -> None:
+        infos = self._scenario.targets
+        check_numbers(moment.fed, [infos[i].name for i in moment.order if i < len(infos)])
+        if not np.isfinite(moment.action):
+            raise InputError(
+                f"pilot {self._pilot.name} decides {moment.action}, which is no rudder: "
+                "its weights are damaged"
+            )
+
+    def _own(self, moment: ExplainedStep) -> Own:
+        own = moment.own
+        latitude, longitude = self._places(own.east_m[None], own.north_m[None])
+        known = self._applied or self._scenario.own_rudder
+        return Own(
+            east_m=_plain(own.east_m),
+            north_m=_plain(own.north_m),
+            heading_rad=_plain((own.heading_rad + np.pi) % (2 * np.pi) - np.pi),
+            speed_m_s=_plain(own.speed_m_s),
+            rate_of_turn_rad_s=_plain(own.rate_of_turn_rad_s),
+            rudder_rad=_plain(own.rudder_rad) if known else None,
+            latitude_deg=latitude[0],
+            longitude_deg=longitude[0],
+        )
+
+    def _sweep(self, moment: ExplainedStep) -> Sweep | None:
+        sweep = None if moment.explanation is None else moment.explanation.sweep
+        if sweep is None:
+            return None
+        return Sweep(
+            _plain(sweep.action * self._limit),
+            _plain(sweep.value.waypoint),
+            _plain(sweep.value.by_ship.sum(-1)),
+        )
+
+    def _decision(self, moment: ExplainedStep) -> Decision:
+        why = moment.explanation
+        rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
+        if not moment.his_own:
+            return Decision(rudder, self._applied, overruled_rad=own)
+        alone = None if why is None else _plain(why.moves.none * self._limit)
+        return Decision(rudder, self._applied, alone)
+
+    def _guard(self, moment: ExplainedStep) -> Guard | None:
+        if moment.guarding is None:
+            return None
+        steers, ahead = bool(moment.guarding.steers), moment.guarding.ahead
+        if not np.isfinite(ahead.within_s):
+            return Guard(steers)
+        who = self._scenario.targets[int(moment.order[int(ahead.slot)])]
+        return Guard(steers, who.id, _plain(ahead.within_s), _plain(ahead.depth))
+
+    def _outside(self, moment: ExplainedStep, pilot: LearnedPilot) -> list[str] | None:
+        fed = np.zeros(len(moment.traffic.lost), bool)
+        fed[moment.order[moment.fed.present]] = True
+        motion, ship = moment.traffic.motion, self._scenario.ship
+        said = outside_training(moment.own, ship, moment.waypoint, motion, fed, pilot.trained)
+        return said or None
+
+    def _targets(self, moment: ExplainedStep) -> list[Target]:
+        shown = np.flatnonzero(moment.traffic.motion.present)
+        infos = [self._scenario.targets[i] for i in shown]
+        who: Columns = {
+            "id": [info.id for info in infos],
+            "name": [info.name for info in infos],
+            "length_m": [info.length_m for info in infos],
+        }
+        columns = who | self._situation(moment, shown) | _reasons(moment, shown, self._limit)
+        rows = zip(*columns.values(), strict=True)
+        return [Target(**dict(zip(columns, row, strict=True))) for row in rows]
+
+    def _situation(self, moment: ExplainedStep, shown: np.ndarray) -> Columns:
+        traffic, motion = moment.traffic, moment.traffic.motion
+        latitude, longitude = self._places(motion.east_m[shown], motion.north_m[shown])
+        ages = zip(_plain(motion.age_s[shown]), self._reported[shown], strict=True)
+        return {
+            "east_m": _plain(motion.east_m[shown]),
+            "north_m": _plain(motion.north_m[shown]),
+            "course_rad": _plain(motion.course_rad[shown]),
+            "speed_m_s": _plain(motion.speed_m_s[shown]),
+            "range_m": _plain(traffic.range_m[shown]),
+            "bearing_rad": _plain(traffic.bearing_rad[shown]),
+            "dcpa_m": _plain(traffic.cpa.dcpa_m[shown]),
+            "tcpa_s": _plain(traffic.cpa.tcpa_s[shown]),
+            "danger": _plain(traffic.danger[shown]),
+            "lost": traffic.lost[shown].tolist(),
+            "age_s": [age if reported else None for age, reported in ages],
+            "latitude_deg": latitude,
+            "longitude_deg": longitude,
+        }
+
+    def _places(self, east_m: Any, north_m: Any) -> tuple[list[Any], list[Any]]:
+        """Latitudes and longitudes [deg]; all absent where the origin is not known."""
+        if self._plane is None or len(east_m) == 0:
+            return [None] * len(east_m), [None] * len(east_m)
+        latitude, longitude = self._plane.to_globe(
+            np.asarray(east_m, np.float64), np.asarray(north_m, np.float64)
+        )
+        return latitude.round(7).tolist(), longitude.round(7).tolist()
+
+    def _utc(self, time_s: float) -> str | None:
+        start = self._scenario.start
+        if start is None:
+            return None
+        return (start + timedelta(seconds=time_s)).isoformat().replace("+00:00", "Z")
+
+
+def ship_part(ship: ShipParams) -> Ship:
+    """Own ship's parameters as a frame carries them; a rudder without a rate has none there."""
+    rate = float(ship.rudder_rate_rad_s)
+    return Ship(
+        loa_m=float(ship.loa_m),
+        beam_m=float(ship.beam_m),
+        K_1_s=float(ship.gain_1_s),
+        T_s=float(ship.time_constant_s),
+        rudder_limit_rad=float(ship.rudder_limit_rad),
+        speed_m_s=float(ship.speed_m_s),
+        rudder_rate_rad_s=rate if np.isfinite(rate) else None,
+    )
+
+
+def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Columns:
+    """What the pilot makes of each ship shown; absent for those that it was not fed."""
+    place = {int(i): k for k, i in enumerate(moment.order) if moment.fed.present[k]}
+    places = [place.get(int(i)) for i in shown]
+    columns: Columns = {"fed": [k is not None for k in places]}
+    e = moment.explanation
+    if e is None:
+        return columns
+    given: Columns = {}
+    if e.value and e.priority and e.sweep and e.far is not None:
+        given["q"], given["priority"] = _plain(e.value.by_ship), _plain(e.priority.by_ship)
+        given["q_far"] = [_plain(e.far)] * len(moment.order)
+        given["q_sweep"] = _plain(e.sweep.value.by_ship.T)
+    if e.attention is not None:
+        given["attention"] = _plain(e.attention)
+    if moment.his_own:
+        given |= _of_his_own(e, places, limit_rad)
+    for name, values in given.items():
+        columns[name] = [None if k is None else values[k] for k in places]
+    return columns
+
+
+def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
+    """What is true only of a rudder that the pilot himself decided: whose it is."""
+    given: Columns = {}
+    if e.intention is not None:
+        given["intention"] = _plain(e.intention.increment)
+        given["intention_level"] = _plain(e.intention.level)
+    given["shapley_rad"] = _plain(e.moves.by_ship * limit_rad)
+    given["left_out_rad"] = _plain(e.left_out * limit_rad)
+    if np.any(e.moves.error):
+        given["shapley_error_rad"] = _plain(e.moves.error * limit_rad)
+    if e.worth is not None and np.isfinite(e.worth.all):
+        given["shapley_value"] = _plain(e.worth.by_ship)
+    together = e.moves.pairs * limit_rad
+    if np.any(np.abs(together) >= PAIR_RAD):
+        # Slot by slot -> target by target of the frame; who was not fed has no part in it.
+        wide = np.pad(together, ((0, 0), (0, 1)))
+        at = [together.shape[1] if k is None else k for k in places]
+        given["shapley_pairs_rad"] = _plain(wide[:, at])
+    return given
+
+
+def _by_task(parts: Values | Reward | None) -> ByTask | None:
+    if parts is None:
+        return None
+    waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship))
+    return ByTask(_plain(waypoint), _plain(collision), _plain(waypoint + collision))
+
+
+def _plain(x: Any) -> Any:
+    """A number or nested lists of numbers, rounded."""
+    return np.round(np.asarray(x, np.float64), DECIMALS).tolist()

@@ -1,0 +1,1 @@
+"""Training a pilot: DDPG, learning from a planner, critics, trainer, configuration."""

@@ -1,0 +1,168 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+from safetensors.numpy import load_file
+
+from glasshelm.cli.train import run
+from glasshelm.core.errors import InputError
+from glasshelm.core.terminal import Terminal
+from glasshelm.encounters.random_encounters import random_scenario
+from glasshelm.env.step import reset
+from glasshelm.networks.checkpoint import file_sha256, read_header
+from glasshelm.pilots.learned import read_pilot
+from glasshelm.ship.nomoto import ship_named
+from glasshelm.training.config import preset_named
+from glasshelm.training.init_actor import first_actor
+from glasshelm.training.metrics_log import read_records
+from glasshelm.training.trainer import BEST, FINAL, LoopSettings, train
+from glasshelm.training.training_progress import Display
+from glasshelm.training.training_state import STATE
+
+QUIET = LoopSettings(tensorboard=False)
+
+
+class Interrupting(Display):
+    """Presses Ctrl-C when a stage has reached a unit."""
+
+    def __init__(self, stage=None, number=None):
+        super().__init__(Terminal(quiet=True))
+        self.wanted, self.stage = (stage, number), None
+
+    def begin(self, name, unit, total, done):
+        super().begin(name, unit, total, done)
+        self.stage = name
+
+    def advance(self, number):
+        super().advance(number)
+        if (self.stage, number) == self.wanted:
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.fixture(scope="module", params=["tiny", "tiny-fast"])
+def whole(request, tmp_path_factory):
+    """A training from beginning to end, never interrupted."""
+    folder = tmp_path_factory.mktemp(request.param)
+    assert train(preset_named(request.param), folder, QUIET, False, Interrupting())
+    return request.param, folder
+
+
+def assert_same(first: Path, second: Path):
+    one, two = load_file(first), load_file(second)
+    assert set(one) == set(two)
+    for name, tensor in one.items():
+        assert tensor.tobytes() == two[name].tobytes(), name
+
+
+def assert_same_training(first: Path, second: Path):
+    for name in (BEST, FINAL):
+        assert file_sha256(first / name) == file_sha256(second / name)
+    assert_same(first / STATE, second / STATE)
+    (replay,) = (p.name for p in first.glob("replay-*.safetensors"))
+    assert_same(first / replay, second / replay)
+
+
+def test_interrupted_and_resumed_is_bit_identical(whole, tmp_path):
+    name, reference = whole
+    config = preset_named(name)
+    stops = [("ddpg", 7), ("ddpg", 53)] if name == "tiny" else [("actor", 17), ("critic", 41)]
+    for number, stop in enumerate(stops):
+        assert not train(config, tmp_path, QUIET, number > 0, Interrupting(*stop))
+    assert train(config, tmp_path, QUIET, True, Interrupting())
+    assert_same_training(reference, tmp_path)
+    numbers = [line["number"] for line in read_records(tmp_path)]
+    assert numbers == [line["number"] for line in read_records(reference)]
+
+
+def test_killed_and_resumed_is_bit_identical(whole, tmp_path):
+    name, reference = whole
+    if name != "tiny":
+        pytest.skip("one subprocess is enough")
+    command = [sys.executable, "-m", "glasshelm", "train", "--preset", name]
+    command += ["--out", str(tmp_path), "--snapshot-s", "0", "--no-tensorboard"]
+    cache = {"JAX_COMPILATION_CACHE_DIR": str(jax.config.jax_compilation_cache_dir)}
+    process = subprocess.Popen(command, env=os.environ | cache, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 600
+    try:
+        while not (tmp_path / STATE).exists():
+            assert process.poll() is None
+            assert time.monotonic() < deadline, "it does not learn"
+            time.sleep(0.01)
+    finally:
+        process.kill()
+        process.wait()
+    assert not (tmp_path / FINAL).exists()
+    assert train(preset_named(name), tmp_path, QUIET, True, Interrupting())
+    assert_same_training(reference, tmp_path)
+
+
+def test_the_log_tells_losses_rates_and_speed(whole):
+    _, folder = whole
+    last = read_records(folder)[-1]
+    for key in ("critic_loss", "intrusions", "collisions_long", "updates_per_s", "env_steps"):
+        assert np.isfinite(last[key])
+    assert "waypoint_correlation" in last
+
+
+def test_the_file_alone_rebuilds_the_pilot(whole):
+    _, folder = whole
+    header = read_header(folder / FINAL)
+    assert json.dumps(header["config"])
+    pilot = read_pilot(folder / FINAL, "final")
+    assert pilot.critic is not None
+    ship = ship_named("paper")
+    observation = reset(random_scenario(0, ship).encounter, ship).observation
+    rudder, _ = pilot.steer(observation, pilot.start())
+    assert -1 < float(rudder) < 1
+
+
+def test_weights_have_moved_and_stay_finite(whole):
+    name, folder = whole
+    trained = load_file(folder / FINAL)
+    untrained = first_actor(preset_named(name)).head.weights[0]
+    assert not np.array_equal(trained["actor.head.weights.0"], np.asarray(untrained))
+    assert all(np.isfinite(tensor).all() for tensor in trained.values())
+
+
+def test_the_time_limit_stops_cleanly_and_can_be_resumed(whole, tmp_path):
+    name, reference = whole
+    config = preset_named(name)
+    assert train(config, tmp_path, LoopSettings(0.0, tensorboard=False), False, Interrupting())
+    assert read_header(tmp_path / FINAL)["summary"]["evaluation"]["stopped_early"]
+    if name == "tiny":
+        assert train(config, tmp_path, QUIET, True, Interrupting())
+        assert_same(reference / FINAL, tmp_path / FINAL)
+
+
+def test_folders_that_cannot_be_used(whole, tmp_path):
+    name, folder = whole
+    config = preset_named(name)
+    with pytest.raises(InputError, match="holds a training"):
+        train(config, folder, QUIET, False, Interrupting())
+    with pytest.raises(InputError, match="no state"):
+        train(config, tmp_path, QUIET, True, Interrupting())
+    with pytest.raises(InputError, match="another configuration"):
+        train(preset_named("paper"), folder, QUIET, True, Interrupting())
+
+
+def test_critics_alone_for_an_actor_that_is_there(whole, tmp_path):
+    name, folder = whole
+    if name != "tiny-fast":
+        pytest.skip("of the preset with an actor stage")
+    begun = folder / BEST
+    no_actor = ("imitation.iterations=0", "analytic.iterations=0")
+    overrides = (f"start={begun}", *no_actor, "ddpg.env_steps=300")
+    run(name, out=tmp_path, overrides=overrides, tensorboard=False)
+    before, after = load_file(begun), load_file(tmp_path / FINAL)
+    actor = [key for key in before if key.startswith("actor.")]
+    assert actor
+    for key in actor:
+        np.testing.assert_array_equal(before[key], after[key])
+    assert read_header(tmp_path / FINAL)["config"]["start"] == BEST

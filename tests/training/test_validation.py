@@ -1,0 +1,96 @@
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from glasshelm.core.geometry import Vector
+from glasshelm.encounters.random_encounters import PAPER
+from glasshelm.encounters.types import Encounter, straight_track
+from glasshelm.networks.critics import Values
+from glasshelm.ship.nomoto import ShipState, ship_named
+from glasshelm.training.exploration import NoiseSettings
+from glasshelm.training.validation import agreement, evaluation_set, sail_set, score
+
+SHIP = ship_named("paper")
+
+
+class Amidships(eqx.Module):
+    def __call__(self, observation, fleet=None):
+        return jnp.zeros(observation.present.shape[0])
+
+
+class OnTheCourse(eqx.Module):
+    """The exact value of a course that is kept in open water, when nothing else counts."""
+
+    each: jax.Array
+
+    def __call__(self, observation, action, fleet=None):
+        return Values(
+            self.each + 1e-3 * observation.waypoint[:, 0, 1],
+            jnp.zeros_like(observation.targets[:, :, 0, 0]),
+        )
+
+
+def encounters():
+    """Three starts on north: empty sea; a ship meeting head on at 1000 s; the same at 2000 s."""
+    speed = 10 * 1852 / 3600
+
+    def one(north, present):
+        zero = jnp.zeros(1)
+        track = straight_track(zero, zero + north, zero + jnp.pi, zero + speed)
+        own = ShipState.steady(0.0, 0.0, 0.0, SHIP.speed_m_s)
+        return Encounter(own, Vector(jnp.zeros(1), jnp.full(1, 46_300.0)), track, present[None])
+
+    cases = [(10_000.0, False), (2000 * speed, True), (4000 * speed, True)]
+    return jax.tree.map(lambda *x: jnp.stack(x), *(one(n, jnp.array(p)) for n, p in cases))
+
+
+def test_rates_and_returns_of_the_pilot_that_does_nothing():
+    voyages = sail_set(Amidships(), encounters(), SHIP)
+    found = score(voyages, 340.0)
+    assert found.intrusions == pytest.approx(1 / 3)
+    assert found.intrusions_long == pytest.approx(2 / 3)
+    assert found.collisions == pytest.approx(1 / 3)
+    assert found.collisions_long == pytest.approx(2 / 3)
+    assert found.by_ships == (0.0, 1.0)
+    assert found.rudder == 0.0
+    # 240 steps on course: 0.2 a step (Eq. 17); the ships are all that costs.
+    assert found.return_waypoint == pytest.approx(48.0, rel=1e-3)
+    assert found.return_collision < -1.0
+    assert found.total == found.return_waypoint + found.return_collision
+
+
+def test_collisions_weigh_most_in_the_choice_of_the_pilot_kept():
+    voyages = sail_set(Amidships(), encounters(), SHIP)
+    bad = score(voyages, 340.0)
+    better = score(eqx.tree_at(lambda v: v.range_m, voyages, voyages.range_m + 1e4), 340.0)
+    assert better.collisions == 0
+    assert better.fault < bad.fault - 5
+
+
+def test_the_evaluation_set_is_fixed():
+    first, second = evaluation_set(SHIP, 16, PAPER), evaluation_set(SHIP, 16, PAPER)
+    np.testing.assert_array_equal(first.targets.east_m, second.targets.east_m)
+
+
+def test_agreement_compares_values_with_the_returns_that_followed():
+    open_sea = jax.tree.map(lambda x: x[:1], encounters())
+    exact = 0.2 / (1 - 0.98)
+    found = agreement(Amidships(), OnTheCourse(jnp.array(exact)), open_sea, SHIP, 0.98)
+    waypoint, collision = np.asarray(found.error)
+    assert waypoint == pytest.approx(0.0, abs=0.1)  # what follows after 480 steps is cut off
+    assert collision == 0.0
+    off = agreement(Amidships(), OnTheCourse(jnp.array(exact + 2.0)), open_sea, SHIP, 0.98)
+    assert float(off.error[0]) == pytest.approx(2.0, abs=0.1)
+
+
+def test_agreement_with_lapses_values_what_was_done():
+    """Lapses turn the ship off her course: the same values agree less with what follows."""
+    open_sea = jax.tree.map(lambda x: x[:1], encounters())
+    exact = OnTheCourse(jnp.array(0.2 / (1 - 0.98)))
+    steady = agreement(Amidships(), exact, open_sea, SHIP, 0.98)
+    lapses = NoiseSettings("bursts", burst_begin=0.1, burst_end=0.2)
+    lapsing = agreement(Amidships(), exact, open_sea, SHIP, 0.98, lapses=lapses)
+    assert float(lapsing.error[0]) > 10 * float(steady.error[0])
+    assert float(lapsing.spread[0]) > float(steady.spread[0])
