@@ -24,9 +24,7 @@ def meeting(*rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"
     )
 
 
-def observation(
-    *rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"]
-) -> Observation:
+def observed(*rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"]) -> Observation:
     """What she sees of :func:`meeting` at the start."""
     encounter = meeting(*rows, heading_deg=heading_deg, waypoint=waypoint, ship=ship)
     return reset(encounter, ship).observation

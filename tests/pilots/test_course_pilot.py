@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import colliding, observation
+from tests.pilots.scenes import colliding, observed
 
 from glasshelm.encounters.random_encounters import RandomEncounters
 from glasshelm.env.observe import Observation
@@ -41,14 +41,14 @@ def test_every_method_steers_every_preset_ship_by_name():
 
 @pytest.mark.parametrize("name", METHODS)
 def test_alone_she_steers_for_the_waypoint(name):
-    assert course(name, observation()) == pytest.approx(0.0, abs=0.1)
-    assert course(name, observation(heading_deg=20.0)) == pytest.approx(0.0, abs=0.1)
+    assert course(name, observed()) == pytest.approx(0.0, abs=0.1)
+    assert course(name, observed(heading_deg=20.0)) == pytest.approx(0.0, abs=0.1)
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_ship_far_away_and_leaving_is_let_go(name):
     leaving = (9000.0, 9000.0, 45.0, 6.0)
-    assert course(name, observation(leaving)) == pytest.approx(0.0, abs=0.5)
+    assert course(name, observed(leaving)) == pytest.approx(0.0, abs=0.5)
 
 
 @pytest.mark.parametrize("name", AVOIDING)
@@ -56,19 +56,19 @@ def test_a_ship_far_away_and_leaving_is_let_go(name):
 def test_for_a_ship_ahead_or_from_starboard_near_collision_course_she_alters(name, course_deg):
     east, north, heading, speed = colliding(course_deg, tcpa_s=200.0)
     # Not dead ahead: there the force of a field has no side.
-    assert abs(course(name, observation((east + 300.0, north, heading, speed)))) > 5.0
+    assert abs(course(name, observed((east + 300.0, north, heading, speed)))) > 5.0
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_an_absent_target_changes_nothing(name):
-    what = observation(colliding(180.0))
+    what = observed(colliding(180.0))
     ghost = Observation(what.waypoint, what.targets.at[1].set(0.01), what.present)
     assert course(name, what) == course(name, ghost)
 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_no_slots_at_all_is_an_empty_sea(name):
-    what = observation()
+    what = observed()
     assert course(name, Observation(what.waypoint, what.targets[:0], what.present[:0])) == 0.0
 
 
@@ -77,7 +77,7 @@ def test_a_course_is_chosen_every_so_many_decisions_and_steered_in_between():
         return offset_rad + settings
 
     pilot = CoursePilot(SHIP, "further", Method(further, 0.1, every=3))
-    what, memory = observation(), pilot.start()
+    what, memory = observed(), pilot.start()
     offsets = []
     for _ in range(7):
         rudder, memory = pilot.steer(what, memory)
@@ -89,7 +89,7 @@ def test_a_course_is_chosen_every_so_many_decisions_and_steered_in_between():
 @pytest.mark.parametrize("name", ["cpa", "mpc"])
 def test_one_world_is_steered_as_it_is_among_others(name):
     pilot = CoursePilot(SHIP, name, METHODS[name])
-    what = observation(colliding(270.0))
+    what = observed(colliding(270.0))
     one, _ = jax.jit(pilot.steer)(what, pilot.start())
     two = jax.tree.map(lambda x: jnp.stack([x, x]), (what, pilot.start()))
     both, _ = jax.jit(pilot.steer_together)(*two)

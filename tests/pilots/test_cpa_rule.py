@@ -5,7 +5,7 @@ import dataclasses
 import jax
 import jax.numpy as jnp
 import pytest
-from tests.pilots.scenes import colliding, observation
+from tests.pilots.scenes import colliding, observed
 
 from glasshelm.colregs.encounter_type import Meeting, meetings
 from glasshelm.pilots.cpa_rule import CpaSettings, cpa_course
@@ -22,7 +22,7 @@ _kinds = jax.jit(lambda s: meetings(situation_of(s, SHIP), jnp.zeros(())))
 def course(*rows, steered_deg=0.0) -> float:
     """The course [deg] off the waypoint's bearing; one row, so that one program serves all."""
     (row,) = rows
-    return float(jnp.degrees(_chosen(observation(row), jnp.radians(jnp.float32(steered_deg)))))
+    return float(jnp.degrees(_chosen(observed(row), jnp.radians(jnp.float32(steered_deg)))))
 
 
 @pytest.mark.parametrize(
@@ -38,14 +38,14 @@ def course(*rows, steered_deg=0.0) -> float:
     ],
 )
 def test_her_part_in_a_meeting(row, part):
-    assert int(_kinds(observation(row))[0]) == part
+    assert int(_kinds(observed(row))[0]) == part
 
 
 def test_in_the_mirror_who_gives_way_changes_and_nothing_else():
     crossing = colliding(250.0)
     mirrored = (-crossing[0], crossing[1], -crossing[2], crossing[3])
-    assert int(_kinds(observation(crossing))[0]) == Meeting.GIVE_WAY
-    assert int(_kinds(observation(mirrored))[0]) == Meeting.STAND_ON
+    assert int(_kinds(observed(crossing))[0]) == Meeting.GIVE_WAY
+    assert int(_kinds(observed(mirrored))[0]) == Meeting.STAND_ON
 
 
 @pytest.mark.parametrize("course_deg", [180.0, 225.0, 270.0, 300.0])

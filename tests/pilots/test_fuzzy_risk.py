@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from tests.pilots.scenes import colliding, observation
+from tests.pilots.scenes import colliding, observed
 
 from glasshelm.core.geometry import Cpa, Vector
 from glasshelm.pilots.fuzzy_risk import FuzzySettings, fuzzy_course, fuzzy_risk, memberships
@@ -49,6 +49,6 @@ def test_an_alteration_holds_while_the_way_ahead_is_between_the_limits():
         (way > SETTINGS.return_below + 0.03) & (way < SETTINGS.act_above - 0.03)
     ]
     row = (-float(between.mean()), 10_000.0, 180.0, 5.0)
-    assert float(chosen(observation(row), jnp.zeros(()))) == 0.0
-    assert float(chosen(observation(row), jnp.float32(0.7))) > 0.0
-    assert float(chosen(observation(colliding(180.0)), jnp.zeros(()))) != 0.0
+    assert float(chosen(observed(row), jnp.zeros(()))) == 0.0
+    assert float(chosen(observed(row), jnp.float32(0.7))) > 0.0
+    assert float(chosen(observed(colliding(180.0)), jnp.zeros(()))) != 0.0

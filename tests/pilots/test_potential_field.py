@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import AGILE, mirrored, observation
+from tests.pilots.scenes import AGILE, mirrored, observed
 
 from glasshelm.core.geometry import Vector
 from glasshelm.pilots.potential_field import PotentialSettings, potential_course, repulsion
@@ -39,7 +39,7 @@ def test_beyond_its_reach_nothing_pushes_and_near_by_it_stays_finite():
 def test_the_mirrored_field_steers_the_mirrored_course():
     rows = [(800.0, 2500.0, 180.0, 5.0), (-2000.0, 1500.0, 90.0, 5.0)]
     chosen = jax.jit(lambda s: potential_course(s, jnp.zeros(()), AGILE, SETTINGS))
-    one, other = (float(chosen(observation(*r, ship=AGILE))) for r in (rows, mirrored(*rows)))
+    one, other = (float(chosen(observed(*r, ship=AGILE))) for r in (rows, mirrored(*rows)))
     assert abs(one) > 0.05
     assert one == pytest.approx(-other, abs=1e-4)
 
@@ -48,7 +48,7 @@ def test_dead_ahead_the_field_has_no_side():
     """Khatib's known weakness, kept as printed: on or back, until something moves."""
     chosen = jax.jit(lambda s: potential_course(s, jnp.zeros(()), AGILE, SETTINGS))
     for north in (2000.0, 3500.0):
-        ahead = float(chosen(observation((0.0, north, 180.0, 5.0), ship=AGILE)))
+        ahead = float(chosen(observed((0.0, north, 180.0, 5.0), ship=AGILE)))
         assert np.sin(ahead) == pytest.approx(0.0, abs=1e-3)
-        beside = float(chosen(observation((300.0, north, 180.0, 5.0), ship=AGILE)))
+        beside = float(chosen(observed((300.0, north, 180.0, 5.0), ship=AGILE)))
         assert np.sin(beside) < -0.01

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import AGILE, colliding, observation
+from tests.pilots.scenes import AGILE, colliding, observed
 
 from glasshelm.colregs.encounter_type import Meeting, meetings
 from glasshelm.core.geometry import Cpa, Vector, direction, norm, velocity
@@ -110,7 +110,7 @@ def test_the_field_points_where_the_reference_s_potential_falls():
     settings = PotentialSettings(found["influence_m"], found["radius_m"], found["strength"])
     rule = jax.jit(lambda s: potential_course(s, jnp.zeros(()), SHIP, settings))
     for east, north, theirs in found["east_north_course"]:
-        ours = math.degrees(float(rule(observation((east, north, 0.0, 5.0), ship=SHIP))))
+        ours = math.degrees(float(rule(observed((east, north, 0.0, 5.0), ship=SHIP))))
         assert (ours - theirs + 180) % 360 - 180 == pytest.approx(0.0, abs=1.0)
 
 
@@ -147,7 +147,7 @@ def test_the_cpa_rule_alters_to_the_reference_s_side_by_no_less_than_it_must():
     assert len(found["course_alteration_deg"]) >= 10
     for course, theirs in found["course_alteration_deg"]:
         row = colliding(course, SHIP.speed_m_s, found["tcpa_s"], SHIP)
-        ours = math.degrees(float(rule(observation(row, ship=SHIP))))
+        ours = math.degrees(float(rule(observed(row, ship=SHIP))))
         assert ours > 0, course
         assert theirs > 0, course
         assert ours >= settings.alterations_deg[0] - 1e-3

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import colliding, observation
+from tests.pilots.scenes import colliding, observed
 
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.pilots.scenario_mpc import ScenarioSettings, scenario_costs, scenario_course
@@ -85,7 +85,7 @@ def _ours(s, last):
 )
 def test_costs_are_the_formula_s_and_the_least_is_taken(row, last_deg):
     last = jnp.radians(jnp.float32(last_deg))
-    ours, chosen = _ours(observation(row), last)
+    ours, chosen = _ours(observed(row), last)
     expected = by_hand(row, last_deg)
     np.testing.assert_allclose(ours, expected, rtol=0.05, atol=0.05)
     assert np.degrees(float(chosen)) == pytest.approx(
@@ -94,7 +94,7 @@ def test_costs_are_the_formula_s_and_the_least_is_taken(row, last_deg):
 
 
 def test_at_the_very_place_of_the_other_the_cost_is_finite_and_above_all_others():
-    costs = np.asarray(_ours(observation(colliding(265.0, tcpa_s=500.0)), jnp.zeros(()))[0])
+    costs = np.asarray(_ours(observed(colliding(265.0, tcpa_s=500.0)), jnp.zeros(()))[0])
     assert np.isfinite(costs).all()
     assert costs[1] > 1e6 * costs[[0, 2]].max()
 
@@ -102,6 +102,6 @@ def test_at_the_very_place_of_the_other_the_cost_is_finite_and_above_all_others(
 def test_starboard_is_cheaper_than_port():
     cheap = dataclasses.replace(SETTINGS, horizon_s=5.0)
     assert cheap.to_starboard_gain < cheap.to_port_gain
-    costs = np.asarray(_ours(observation((0.0, 30_000.0, 180.0, 5.0)), jnp.zeros(()))[0])
+    costs = np.asarray(_ours(observed((0.0, 30_000.0, 180.0, 5.0)), jnp.zeros(()))[0])
     assert costs[2] < costs[0]
     assert costs[1] == 0.0

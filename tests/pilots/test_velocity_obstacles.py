@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import AGILE, colliding, mirrored, observation
+from tests.pilots.scenes import AGILE, colliding, mirrored, observed
 
 from glasshelm.core.geometry import Vector
 from glasshelm.pilots.velocity_obstacles import (
@@ -21,7 +21,7 @@ SETTINGS = VelocitySettings(radius_m=800.0, horizon_s=3600.0, change_cost=0.0)
 
 def course(rows, settings=SETTINGS) -> float:
     chosen = jax.jit(lambda s: velocity_course(s, jnp.zeros(()), AGILE, settings))
-    return float(chosen(observation(*rows, ship=AGILE)))
+    return float(chosen(observed(*rows, ship=AGILE)))
 
 
 def nearest(rows, course_rad) -> float:

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.pilots.scenes import colliding, meeting, seen
+from tests.pilots.scenes import colliding, meeting, observed
 
 from glasshelm.encounters.random_encounters import PAPER, random_encounter
 from glasshelm.env.step import reset, step
@@ -16,18 +16,18 @@ SHIP = SHIPS["paper"]
 AHEAD_S = 1800.0
 
 
-def amidships(seen):
+def amidships(observed):
     return jnp.zeros(())
 
 
 @jax.jit
-def held_amidships(seen):
-    return look_ahead(amidships, seen, SHIP, AHEAD_S)
+def held_amidships(observed):
+    return look_ahead(amidships, observed, SHIP, AHEAD_S)
 
 
 def test_a_collision_amidships_is_foreseen_with_whom_and_when():
     clear, hit = (-9000.0, 0.0, 0.0, 5.0), colliding(180, tcpa_s=900)
-    found = held_amidships(seen(clear, hit))
+    found = held_amidships(observed(clear, hit))
     assert float(found.worst) == pytest.approx(1.0, abs=0.05)
     assert int(found.slot) == 1
     # 6.4 lengths ahead of own ship her domain ends, and they close at the sum of their speeds.
@@ -39,7 +39,7 @@ def test_the_first_ship_is_named_not_the_deepest():
     """Across the bow at the domain's far end after ten minutes; a collision half an hour later."""
     run = 600 * float(SHIP.speed_m_s)
     first = (-5.0 * 600, run + 5.9 * float(SHIP.loa_m), 90.0, 5.0)
-    found = held_amidships(seen(colliding(180, tcpa_s=1500), first))
+    found = held_amidships(observed(colliding(180, tcpa_s=1500), first))
     assert int(found.slot) == 1
     assert 0 < float(found.depth) < 0.3
     assert float(found.worst) > 0.9
@@ -48,7 +48,7 @@ def test_the_first_ship_is_named_not_the_deepest():
 def test_the_edge_of_the_domain_counts_if_asked():
     """She passes just clear astern of the domain's port side: near for one who asks for slack."""
     abeam = (-1.63 * float(SHIP.loa_m), 0.0, 0.0, float(SHIP.speed_m_s))
-    observation = seen(abeam)
+    observation = observed(abeam)
     assert np.isinf(look_ahead(amidships, observation, SHIP, 300.0).within_s)
     near = look_ahead(amidships, observation, SHIP, 300.0, slack=0.05)
     assert float(near.within_s) == 0.0
@@ -58,18 +58,18 @@ def test_the_edge_of_the_domain_counts_if_asked():
 def test_what_comes_after_the_waypoint_does_not_count():
     hit = colliding(180, tcpa_s=900)
     before = (0.0, 500 * float(SHIP.speed_m_s))
-    assert float(held_amidships(seen(hit)).worst) > 0.9
-    assert np.isinf(held_amidships(seen(hit, waypoint=before)).within_s)
+    assert float(held_amidships(observed(hit)).worst) > 0.9
+    assert np.isinf(held_amidships(observed(hit, waypoint=before)).within_s)
 
 
 def test_ships_that_keep_clear_are_none_of_its_business():
-    found = held_amidships(seen((-9000.0, 0.0, 0.0, 5.0)))
+    found = held_amidships(observed((-9000.0, 0.0, 0.0, 5.0)))
     assert float(found.worst) < 0
     assert np.isinf(found.within_s)
 
 
 def test_nobody_there():
-    one = seen()
+    one = observed()
     none = jax.tree.map(lambda x: x[:0], (one.targets, one.present))
     for observation in (one, type(one)(one.waypoint, *none)):
         found = look_ahead(amidships, observation, SHIP, AHEAD_S)
