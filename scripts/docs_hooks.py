@@ -9,6 +9,7 @@ import inspect
 import json
 import os
 import re
+import sys
 import typing
 from pathlib import Path
 
@@ -36,7 +37,21 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:
-    return markdown.replace("<!-- frame schema -->", schema_tables())
+    markdown = markdown.replace("<!-- frame schema -->", schema_tables())
+    return markdown.replace("<!-- public api -->", public_names())
+
+
+def on_page_content(html: str, **_: object) -> str:
+    """Docstrings' cross-references (:func:`…`) as plain code."""
+    return re.sub(r":(?:mod|func|class|meth|data):(?=<code>)", "", html)
+
+
+def public_names() -> str:
+    """A heading for everything that ``glasshelm`` exports."""
+    import glasshelm
+
+    names = sorted(name for name in glasshelm.__all__ if not name.startswith("_"))
+    return "\n".join(f"::: glasshelm.{name}\n" for name in names)
 
 
 def _project_page(path: Path) -> str:
@@ -129,6 +144,9 @@ def notebook_page(path: Path, execute: bool) -> dict[str, str | bytes]:
     if execute:
         from nbclient import NotebookClient
 
+        # So that cells find this environment's commands and this tree's package.
+        os.environ["PATH"] = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+        os.environ["PYTHONPATH"] = str(TREE / "src")
         NotebookClient(
             notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": TREE}}
         ).execute()

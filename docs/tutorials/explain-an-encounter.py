@@ -16,25 +16,26 @@
 #
 # ## Simulate
 #
-# An encounter is one string. `imazu:5` is case 5 of Imazu's standard problems: one ship ahead, one crossing from starboard.
-# The pilot `paper-attention` comes with the package.
+# An encounter is one string. `random:35` is a random encounter of the paper with four ships: one crosses from starboard, two from port, and
+# one overtakes on the port side. The pilot `paper-attention` comes with the package.
 
 # %%
 import glasshelm
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.ship.nomoto import ship_named
-from glasshelm.simulation.voyage import sail
+from glasshelm.simulation.voyage import simulate
 
 pilot = glasshelm.load("paper-attention")
-scenario = scenario_from("imazu:5", ship_named("paper"))
-frames = list(sail(scenario, pilot, 360))  # 360 steps of 5 s: half an hour
+scenario = scenario_from("random:35", ship_named("paper"))
+frames = list(simulate(scenario, pilot, 360))  # 360 steps of 5 s: half an hour
 print(f"{scenario.title}: {len(frames)} frames, {len(frames[0].targets)} other ships")
 
 # %% [markdown]
-# A frame is the situation, the decision and its explanation at one instant, in SI units. Here is the decision after one minute:
+# A frame is the situation, the decision and its explanation at one instant, in SI units. Frames are 5 s apart. Here is the decision
+# after 145 s, when the rudder is almost amidships:
 
 # %%
-frame = frames[12]
+frame = frames[29]
 frame.decision
 
 # %% [markdown]
@@ -73,7 +74,8 @@ print(f"rudder   {math.degrees(total):+6.2f}°  (+ is to starboard)")
 assert math.isclose(total, decision.rudder_rad, abs_tol=1e-5)
 
 # %% [markdown]
-# Over the whole voyage:
+# The rudder is amidships because the waypoint and the ships balance, not because nothing matters. Without any ship, the pilot would
+# turn to port towards its waypoint. Two ships hold it back. Over the whole voyage:
 
 # %%
 from glasshelm.figures.shapley_over_time import reasons
@@ -90,13 +92,13 @@ from glasshelm.whatif.ask import what_if
 from glasshelm.whatif.changes import Deleted
 
 strongest = max(frame.targets, key=lambda ship: abs(ship.shapley_rad))
-answer = what_if(frames, 12, pilot, [Deleted(strongest.id)], minutes=20)
+answer = what_if(frames, 29, pilot, [Deleted(strongest.id)], minutes=20)
 print(answer.sentence)
 
 # %% [markdown]
 # ## Next
 #
-# * `glasshelm explain imazu:5 --out story` writes all figures and a report in sentences.
-# * `glasshelm bridge imazu:5` shows the same live.
+# * `glasshelm explain random:35 --out story` writes all figures and a report in sentences.
+# * `glasshelm bridge random:35` shows the same live.
 # * [Explanations](../explanation/explanations.md) defines every number, and [Faithfulness](../results/faithfulness.md) says which to trust.
 # * [Train and examine your own pilot](train-your-own-pilot.md).
