@@ -53,7 +53,7 @@ RULES = (
     _rule(r"in order to", "say 'to'"),
     _rule(r"utili[sz]\w+|leverag\w+", "say 'use'"),
     _rule(r"simply|obviously|basically|please", "leave the filler out"),
-    _rule(r"due to the fact that|in the event that|at this point in time", "say 'because', 'if', 'now'"),
+    _rule(r"due to the fact that|in the event that|at this point in time", "say it shorter"),
     _rule(r"(the|a|an|of|to|in|is|and|that|it) \1", "a word is doubled"),
 )  # fmt: skip
 

@@ -71,7 +71,9 @@ def command_page() -> str:
         run = importlib.import_module(f"glasshelm.cli.{name}").run
         doc = docstring_parser.parse(run.__doc__, docstring_parser.DocstringStyle.GOOGLE)
         parts += [f"## glasshelm {name}", doc.short_description or "", doc.long_description or ""]
-        help_of = {param.arg_name: " ".join((param.description or "").split()) for param in doc.params}
+        help_of = {
+            param.arg_name: " ".join((param.description or "").split()) for param in doc.params
+        }
         parts.append("\n".join(["| Option | Default | Meaning |", "|---|---|---|", *(
             f"| {option} | {default} | {_cell(help_of.get(parameter, ''))} |"
             for parameter, option, default in _options(run)

@@ -39,7 +39,7 @@ ALARM_S = 360.0
 
 
 class Measures(eqx.Module):
-    """What a voyage has come to. Definitions: docs/evaluation.md.
+    """What a voyage has come to. Definitions: docs/reference/suites.md.
 
     Of all ships, index 0: in the first 1200 s, 1: in the whole voyage: the
     worst ``margin`` (Eq. 13, unclipped) and the least centre distance ``range_m``.

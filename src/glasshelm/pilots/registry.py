@@ -20,7 +20,7 @@ from glasshelm.ship.nomoto import SHIPS, ship_named
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
-#: Ways of choosing courses (docs/pilots.md), each a pilot for each preset ship.
+#: Ways of choosing courses (docs/explanation/classical-pilots.md), each a pilot for each preset ship.
 METHODS: dict[str, Method] = {
     "waypoint": WAYPOINT,
     "cpa": CPA,

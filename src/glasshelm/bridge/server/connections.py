@@ -2,7 +2,7 @@
 
 uvicorn speaks HTTP and WebSocket, but lets a connection that never asks for anything stay, answers
 pings of a client that does not read, and reads as much as is sent. Here are its two protocols with
-these bounds; docs/bridge.md has them in a table.
+these bounds; docs/reference/bridge.md has them in a table.
 """
 
 import asyncio
