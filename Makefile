@@ -86,7 +86,7 @@ fuzz: install
 
 docs-install: install $(VENV)/installed-docs
 
-$(VENV)/installed-docs: requirements/docs.txt
+$(VENV)/installed-docs: requirements/docs.txt | $(VENV)/installed
 	$(BIN)/python -m pip install -q --require-hashes -r requirements/docs.txt
 	@touch $@
 

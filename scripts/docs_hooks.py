@@ -42,7 +42,8 @@ def on_page_markdown(markdown: str, **_: object) -> str:
 
 
 def on_page_content(html: str, **_: object) -> str:
-    """Docstrings' cross-references (:func:`…`) as plain code."""
+    """Docstrings' cross-references (:func:`…`) as plain code; intervals on one line."""
+    html = re.sub(r"(\[[-\d.,]+), ([-\d.,]+\])", r"\1,&nbsp;\2", html)
     return re.sub(r":(?:mod|func|class|meth|data):(?=<code>)", "", html)
 
 
@@ -120,7 +121,9 @@ def schema_tables() -> str:
         lines += [f"## {name}", "", text, "", "| Field | Type | Present |", "|---|---|---|"]
         required = part.get("required", ())
         for field, type_ in part["properties"].items():
-            present = "always" if field in required else "if known"
+            default = type_.get("default")
+            known = "if known" if default is None else f"if not `{json.dumps(default)}`"
+            present = "always" if field in required else known
             lines.append(f"| `{field}` | {_type(type_)} | {present} |")
         lines.append("")
     return "\n".join(lines)

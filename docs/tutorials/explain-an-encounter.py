@@ -20,6 +20,7 @@
 # one overtakes on the port side. The pilot `paper-attention` comes with the package.
 
 # %%
+# %matplotlib inline
 import glasshelm
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.ship.nomoto import ship_named

@@ -21,7 +21,7 @@ Columns = dict[str, np.ndarray]
 class Sailed:
     """A suite sailed by one seed of an entrant: columns by name, in the suite's order.
 
-    ``meetings`` has one row a target with whom there was risk of collision;
+    ``meetings`` has one row a target with which there was risk of collision;
     its ``case`` is the row of the encounter.
     """
 

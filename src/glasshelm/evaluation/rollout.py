@@ -93,7 +93,7 @@ Total = TypeVar("Total")
 
 
 def helm_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
-    """Who steers a batch of cases: a pilot by what he sees, a seer by all there is to know."""
+    """What steers a batch of cases: a pilot from observations, an oracle from the whole case."""
     if not isinstance(pilot, OraclePilot):
         return BatchedPilot(pilot)
     still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))

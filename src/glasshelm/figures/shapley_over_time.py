@@ -1,4 +1,4 @@
-"""What moved the rudder: Shapley values of the rudder, ship by ship (docs/explanation/explanations.md)."""
+"""What moved the rudder: Shapley values by ship (docs/explanation/explanations.md)."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -108,7 +108,7 @@ class Look:
 
 
 def line_look(number: int, name: str) -> Look:
-    """How the ``number``-th of several lines is drawn; thirty are told apart."""
+    """How the ``number``-th of several lines is drawn; thirty look different."""
     return Look(
         _COLOURS[number % len(_COLOURS)],
         _MARKERS[(number + number // len(_COLOURS)) % len(_MARKERS)],

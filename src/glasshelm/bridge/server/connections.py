@@ -63,8 +63,8 @@ class Room:
 class Connections:
     """Those that are no viewers yet: each has a deadline, and of too many the oldest goes.
 
-    It is the oldest of the address that has most of them, so that who floods the server crowds
-    out himself. A browser is a viewer long before it is the oldest.
+    It is the oldest of the address that has most of them, so that whoever floods the server crowds
+    out only its own connections. A browser is a viewer long before it is the oldest.
     """
 
     def __init__(self, most: int):

@@ -177,7 +177,7 @@ class Bounds(msgspec.Struct, frozen=True):
 
 
 class Hello(_Said, frozen=True):
-    """``role`` is that of who is told."""
+    """``role`` is that of the receiver."""
 
     version: str
     catalogue: Catalogue
