@@ -49,7 +49,7 @@ def run(
     from glasshelm.certify.sensor_error_bounds import declared
     from glasshelm.core.terminal import Terminal, print_result
     from glasshelm.encounters.scenario_factory import cut, scenario_from
-    from glasshelm.frames.frame_log import FrameLog, read
+    from glasshelm.frames.frame_log import FrameLog, read_log
     from glasshelm.frames.frame_parquet import to_parquet
     from glasshelm.frames.summary import Summary
     from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
@@ -76,6 +76,6 @@ def run(
             raise
     console.say(f"{log.frames} frames in {out}")
     if parquet is not None:
-        rows = to_parquet(read(out), parquet)
+        rows = to_parquet(read_log(out), parquet)
         console.say(f"{rows} rows in {parquet}")
     print_result(summary.text())

@@ -31,7 +31,7 @@ def test_advice_is_called_advice_and_time_is_utc(server: Server, look: Visit) ->
 
 
 def test_what_lies_outside_the_training_is_flagged(server: Server, look: Visit) -> None:
-    outside = server.shown()["frame"]["frame"]["outside"]
+    outside = server.shown()["frame"]["frame"]["outside_training"]
     page = look(server)
     wait_for_words(page, "gh-outside p", f"Outside the pilot's training: {re.escape(outside[0])}")
     page.keyboard.press("3")

@@ -24,7 +24,7 @@ from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.report.band_text import in_full, in_short
+from glasshelm.report.band_text import full_band_text, short_band_text
 from glasshelm.whatif.logged_world import pilot_of
 
 #: Of one core's time, and of the time that a frame stands, at most this share is spent on bands.
@@ -143,5 +143,10 @@ def banded(frame: Frame, why: str = "") -> m.Banded:
     """The band that a frame carries, in words; or why it has none."""
     rudder = None if frame.decision is None else frame.decision.rudder_rad
     return m.Banded(
-        frame.time_s, frame.pilot, rudder, frame.band, in_short(frame), why or in_full(frame)
+        frame.time_s,
+        frame.pilot,
+        rudder,
+        frame.band,
+        short_band_text(frame),
+        why or full_band_text(frame),
     )

@@ -11,7 +11,7 @@ from glasshelm.bridge.server.protocol import Alarm, Meeting, Sentence
 from glasshelm.bridge.sessions.session import Predicted
 from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.frames.schema import Frame
-from glasshelm.report.current_sentence import FRAMES, now
+from glasshelm.report.current_sentence import LOOK_BACK_FRAMES, current_sentence
 
 #: The part that raises alarms: where it fails, nothing may be written back.
 ALARMS = "raising alarms"
@@ -34,7 +34,7 @@ class Lookout:
     def __init__(self, alarms: AlarmList, faults: Faults | None = None):
         self.alarms, self.faults = alarms, faults or Faults()
         self._listed: list[Alarm] = []
-        self._recent: deque[Frame] = deque(maxlen=FRAMES)
+        self._recent: deque[Frame] = deque(maxlen=LOOK_BACK_FRAMES)
         self._rules = EncounterTracker()
 
     def again(self, before: list[bytes]) -> None:
@@ -66,5 +66,5 @@ class Lookout:
 
     def _sentence(self, ahead: Predicted | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        told = now(tuple(self._recent), rows, step_s, self._rules.kinds)
+        told = current_sentence(tuple(self._recent), rows, step_s, self._rules.kinds)
         return None if told is None else Sentence(told.what, told.why, told.next)

@@ -62,7 +62,7 @@ def prepared(
 
 def check_log(path: Path) -> None:
     """InputError if this is no log, as far as its first frame tells."""
-    if next(frame_log.read(path), None) is None:
+    if next(frame_log.read_log(path), None) is None:
         raise InputError(f"{path}: no frame in it; it was cut off, or is no log")
 
 

@@ -122,7 +122,7 @@ class SessionLog(FrameLines):
         """Write one more frame; its line without the end. InputError if it cannot be written."""
         assert self._log is not None, "a log that is being read is not written"
         with hide_paths(self.path.name, self.path):
-            if self._log.gone:
+            if self._log.replaced:
                 self._log = self._restored()
             line = self._log.write(frame)
         self._latest = len(self), line
