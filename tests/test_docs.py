@@ -31,6 +31,8 @@ _ROOTED = re.compile(rf"(?<![\w./:-]){_TOP}/[\w./*-]*[\w*/]")
 _SOURCE = re.compile(r"`([\w./-]+\.(?:py|ts))`")
 _LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)]*)?\)")
 _DOTTED = re.compile(r"(?<![\w./-])glasshelm(?:\.\w+)+")
+_SHORT_DOTTED = re.compile(r"`([a-z]\w*(?:\.\w+){2,})`")
+_IDENTIFIER = re.compile(r"`(?:\w+\.)*([a-z][a-z0-9]*_\w+)`")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(TREE)))
@@ -53,6 +55,10 @@ def _missing(page: Path) -> Iterator[str]:
     for name in _DOTTED.findall(text):
         if not _is_name(name):
             yield name
+    for name in _SHORT_DOTTED.findall(text):
+        if (PACKAGE / name.split(".")[0]).is_dir() and not _is_name(f"glasshelm.{name}"):
+            yield name
+    yield from (name for name in _IDENTIFIER.findall(text) if name not in _words())
 
 
 def _is_source(path: str) -> bool:
@@ -72,6 +78,16 @@ def _file_names() -> frozenset[str]:
         TREE / "web" / "src",
     )
     return frozenset(path.name for root in roots for path in root.rglob("*.*"))
+
+
+@cache
+def _words() -> frozenset[str]:
+    """Every identifier of the code."""
+    roots = TREE / "src", TREE / "tests", TREE / "benchmarks", TREE / "web" / "src"
+    files = (file for root in roots for file in root.rglob("*") if file.suffix in {".py", ".ts"})
+    return frozenset(
+        word for file in files if file != Path(__file__) for word in re.findall(r"\w+", _text(file))
+    )
 
 
 def _is_linked(page: Path, target: str) -> bool:
@@ -115,9 +131,10 @@ def test_a_citation_of_what_is_not_there_is_found(tmp_path: Path):
     page = tmp_path / "page.md"
     page.write_text(
         "See `tests/no_such_test.py`, `no_such_file.py`, [a page](no-such-page.md), "
-        "`glasshelm.no_such_module` and scripts/no-such-script."
+        "`glasshelm.no_such_module`, `figures.no_such_module.f`, `no_such_field` and "
+        "scripts/no-such-script."
     )
-    assert len(set(_missing(page))) == 5
+    assert len(set(_missing(page))) == 7
 
 
 # The style

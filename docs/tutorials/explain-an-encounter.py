@@ -58,19 +58,19 @@ attention(frames)
 # ## Ask what moved the rudder
 #
 # Attention has no side. Shapley values do: they split the rudder into one share per ship, plus the rudder that the pilot would use with
-# no ship around (`alone_rad`). The shares add up exactly.
+# no ship around (`base_rad`). The shares add up exactly.
 
 # %%
 import math
 
 decision = frame.decision
-print(f"alone    {math.degrees(decision.alone_rad):+6.2f}°")
+print(f"alone    {math.degrees(decision.base_rad):+6.2f}°")
 for ship in frame.targets:
     print(
         f"{ship.name:8s} {math.degrees(ship.shapley_rad):+6.2f}°   "
         f"DCPA {ship.dcpa_m:5.0f} m, TCPA {ship.tcpa_s / 60:4.1f} min, attention {ship.attention:.2f}"
     )
-total = decision.alone_rad + sum(ship.shapley_rad for ship in frame.targets)
+total = decision.base_rad + sum(ship.shapley_rad for ship in frame.targets)
 print(f"rudder   {math.degrees(total):+6.2f}°  (+ is to starboard)")
 assert math.isclose(total, decision.rudder_rad, abs_tol=1e-5)
 

@@ -64,7 +64,7 @@ for name in ("straight", "tiny", "paper-attention"):
 # ## Test its explanations
 #
 # Attention claims to say which ship matters. Does it? Compare it with how far each ship really moves the rudder: leave the ship out, and
-# ask the actor again. Every frame has that number as `left_out_rad`. Count how often the ship with the most attention also moves the rudder most.
+# ask the actor again. Every frame has that number as `leave_one_out_rad`. Count how often the ship with the most attention also moves the rudder most.
 
 # %%
 from glasshelm.encounters.scenario_factory import scenario_from
@@ -79,8 +79,8 @@ def same_first_ship(pilot):
         scenario = scenario_from(f"random:{seed}:4", ship_named("paper"))
         for frame in simulate(scenario, pilot, 240):
             most_attention = max(frame.targets, key=lambda ship: ship.attention)
-            most_effect = max(frame.targets, key=lambda ship: abs(ship.left_out_rad))
-            if abs(most_effect.left_out_rad) > 0.004:  # a quarter of a degree
+            most_effect = max(frame.targets, key=lambda ship: abs(ship.leave_one_out_rad))
+            if abs(most_effect.leave_one_out_rad) > 0.004:  # a quarter of a degree
                 hits.append(most_attention is most_effect)
     return f"{sum(hits)} of {len(hits)} frames"
 

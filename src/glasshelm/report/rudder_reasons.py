@@ -2,7 +2,7 @@
 
 The reason of a rudder is its Shapley values: what it would be with no other ship,
 and what each ship adds; together they are the rudder itself. The examination of
-explanations (docs/explanations.md) found them, and attention, to describe the
+explanations (docs/explanation/explanations.md) found them, and attention, to describe the
 pilot; danger and priority it did not, so they are no reasons here. The critic, attention
 and the Rules are heard where they disagree.
 """
