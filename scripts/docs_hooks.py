@@ -10,6 +10,7 @@ import json
 import os
 import re
 import sys
+import tempfile
 import typing
 from pathlib import Path
 
@@ -18,6 +19,7 @@ import jupytext
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from nbconvert import MarkdownExporter
+from nbformat import NotebookNode
 
 TREE = Path(__file__).resolve().parents[1]
 
@@ -147,14 +149,7 @@ def notebook_page(path: Path, execute: bool) -> dict[str, str | bytes]:
     """The notebook as a Markdown page, and the pictures that its cells drew."""
     notebook = jupytext.read(path)
     if execute:
-        from nbclient import NotebookClient
-
-        # So that cells find this environment's commands and this tree's package.
-        os.environ["PATH"] = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
-        os.environ["PYTHONPATH"] = str(TREE / "src")
-        NotebookClient(
-            notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": TREE}}
-        ).execute()
+        _run(notebook)
     exporter = MarkdownExporter()
     text, resources = exporter.from_notebook_node(
         notebook, {"output_files_dir": f"{path.stem}_files", "unique_key": path.stem}
@@ -163,3 +158,17 @@ def notebook_page(path: Path, execute: bool) -> dict[str, str | bytes]:
     for name, data in resources.get("outputs", {}).items():
         pages[f"tutorials/{name}"] = data
     return pages
+
+
+def _run(notebook: NotebookNode) -> None:
+    """Execute the cells in this environment, with this tree's package."""
+    from jupyter_client.manager import AsyncKernelManager
+    from nbclient import NotebookClient
+
+    os.environ["PATH"] = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    os.environ["PYTHONPATH"] = str(TREE / "src")
+    with tempfile.TemporaryDirectory() as folder:
+        # Sockets of the file system: others on this machine cannot connect.
+        kernel = AsyncKernelManager(kernel_name="python3", transport="ipc", ip=f"{folder}/kernel")
+        place = {"metadata": {"path": folder}}
+        NotebookClient(notebook, km=kernel, timeout=600, resources=place).execute()
