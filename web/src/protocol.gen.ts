@@ -112,7 +112,7 @@ export interface Ping {
   type: "ping";
 }
 /**
- * ``role`` is that of who is told.
+ * ``role`` is that of the receiver.
  */
 export interface Hello {
   type: "hello";
@@ -255,19 +255,19 @@ export interface Waypoint {
   north_m: number;
 }
 /**
- * A target: where she is, how near she will come, what the pilot makes of her.
+ * A target: where it is, how near it will come, what the pilot makes of it.
  *
  * ``danger`` is Eq. 13, clipped. ``q`` is Q_ca of the decided rudder (lower =
  * more dangerous), ``q_far`` the same head's value of a ship far off and
  * opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
  * ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
- * the level (preprint). ``shapley_rad`` is her share of the rudder (+ = to starboard; with
- * ``shapley_error_rad``, the standard error where it was sampled), ``leave_one_out_rad`` the rudder
- * less what it would be without her, ``shapley_value`` her share of Q,
- * ``shapley_pairs_rad`` how far she moves the rudder together with each target of the frame,
- * beyond each by herself (absent where none matters). ``selected`` is false for a target seen but
- * not shown to the pilot; ``age_s`` the time since she was last heard;
- * ``lost`` that this is too long ago: her position is the last dead-reckoned one.
+ * the level (preprint). ``shapley_rad`` is its share of the rudder, + to starboard;
+ * ``shapley_error_rad`` its standard error, if it was sampled. ``leave_one_out_rad`` is the rudder
+ * less what it would be without this ship, ``shapley_value`` its share of Q.
+ * ``shapley_pairs_rad`` is how far it moves the rudder together with each target of the frame,
+ * beyond each alone (absent where none matters). ``selected`` is false for a target seen but
+ * not shown to the pilot. ``age_s`` is the time since it was last heard;
+ * ``lost`` says that this is too long ago: its position is the last dead-reckoned one.
  */
 export interface Target {
   id: string;
@@ -305,7 +305,7 @@ export interface Target {
  *
  * ``base_rad`` is what it would be with no other ship: with every target's
  * ``shapley_rad`` it adds up to ``rudder_rad``. ``pilot_rudder_rad`` is the rudder that the
- * pilot himself decided where an order or his guard has the helm; the shares of a rudder
+ * pilot itself decided where an order or its guard has the helm; the shares of a rudder
  * are then absent.
  */
 export interface Decision {

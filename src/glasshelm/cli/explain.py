@@ -22,7 +22,7 @@ def run(
     """Sail an encounter and tell its story: frames.jsonl, figures and report.html.
 
     The figures are those of the paper (7-11, 13-15) and some more, each as PDF
-    and PNG. A log of an earlier voyage (a .jsonl file) is told without sailing
+    and PNG. A log of an earlier voyage (a .jsonl file) is reported without simulating
     it again. Ctrl-C ends the voyage; the frames sailed so far stay.
 
     Args:
@@ -30,7 +30,7 @@ def run(
             path/to/situation.json, path/to/ais.csv, or a log: path/to/frames.jsonl
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
-            one followed by -guarded is he under guard (paper-sum-guarded).
+            one followed by -guarded is that pilot under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).

@@ -28,7 +28,7 @@ def run(
             path/to/situation.json, path/to/ais.csv, …
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
-            one followed by -guarded is he under guard (paper-sum-guarded).
+            one followed by -guarded is that pilot under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).

@@ -1,4 +1,4 @@
-"""What moved the rudder: Shapley values of the rudder, ship by ship (docs/explanations.md)."""
+"""What moved the rudder: Shapley values by ship (docs/explanation/explanations.md)."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -43,7 +43,7 @@ def reasons(frames: Frames) -> Figure | None:
     draw_sum(axes[1], voyage)
     at, _ = maps.marks(voyage)
     axes[2].axhline(0, color=SOFT, lw=0.6)
-    draw_by_ship(axes[2], voyage, "left_out_deg", at)
+    draw_by_ship(axes[2], voyage, "leave_one_out_deg", at)
     axes[2].set_title("Rudder − rudder without this ship")
     axes[2].set_ylabel("[°], + to starboard")
     for ax in axes:

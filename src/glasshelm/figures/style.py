@@ -108,7 +108,7 @@ class ShipStyle:
 
 
 def line_style(number: int, name: str) -> ShipStyle:
-    """How the ``number``-th of several lines is drawn; thirty are told apart."""
+    """How the ``number``-th of several lines is drawn; thirty look different."""
     return ShipStyle(
         _COLOURS[number % len(_COLOURS)],
         _MARKERS[(number + number // len(_COLOURS)) % len(_MARKERS)],

@@ -1,6 +1,6 @@
 """What is certain about a rudder while the sensors err within declared bounds, in words.
 
-Bands are those of the frames (docs/explanations.md). Where a frame has none, nothing is said.
+Bands are those of the frames (docs/explanation/certified-band.md); without one, nothing is said.
 """
 
 import math

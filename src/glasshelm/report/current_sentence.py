@@ -126,7 +126,7 @@ def _nearest(frame: Frame) -> str:
 
 
 def _coming(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -> str:
-    """Where the predicted track leads, and whom it passes nearest."""
+    """Where the predicted track leads, and which ship it passes nearest."""
     heading = np.unwrap(ahead[:, 2])
     parts = [_turns(heading, step_s), _passing(frame, ahead, step_s)]
     text = "; ".join(part for part in parts if part)
@@ -150,7 +150,7 @@ def _turns(heading: Float[np.ndarray, " steps"], step_s: float) -> str:
 
 
 def _passing(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -> str:
-    """Whom the predicted track passes nearest, if all targets keep straight on."""
+    """The ship that the predicted track passes nearest, if all targets keep straight on."""
     best: tuple[float, str] | None = None
     time = step_s * np.arange(len(ahead))
     for ship in frame.targets:

@@ -7,9 +7,9 @@ from glasshelm.frames.schema import Frame
 
 
 def override_text(frames: Sequence[Frame]) -> str:
-    """Why another than the pilot decides in most of these frames; empty if he does himself.
+    """Why another than the pilot decides in most of these frames; empty if the pilot does.
 
-    Of a guard: whom the pilot's own way brings too near, in the first frame where it does.
+    Of a guard: the ship that the pilot's own way brings too near, in the first frame where it does.
     """
     ruled = [
         f for f in frames if f.decision is not None and f.decision.pilot_rudder_rad is not None
@@ -27,7 +27,7 @@ def override_text(frames: Sequence[Frame]) -> str:
 
 
 def guard_reason(frame: Frame) -> str:
-    """Whom the pilot's own way brings too near, and his rudder of now; empty if nobody."""
+    """The ship that the pilot's own way brings too near, and its present rudder; empty if none."""
     guard = frame.guard
     if guard is None or guard.target is None or guard.within_s is None or guard.depth is None:
         return ""
@@ -48,7 +48,7 @@ def _applied(frame: Frame) -> bool:
 
 
 def _own(frame: Frame) -> str:
-    """The rudder that the pilot himself decides."""
+    """The rudder that the pilot itself decides."""
     decision = frame.decision
     if decision is None:
         return "no rudder"

@@ -2,7 +2,7 @@
 
 The reason of a rudder is its Shapley values: what it would be with no other ship,
 and what each ship adds; together they are the rudder itself. The examination of
-explanations (docs/explanations.md) found them, and attention, to tell of the
+explanations (docs/explanation/explanations.md) found them, and attention, to describe the
 pilot; danger and priority it did not, so they are no reasons here. The critic, attention
 and the Rules are heard where they disagree.
 """
@@ -109,7 +109,7 @@ def _held(cut: RudderShares, k: int) -> str:
 
 
 def _told(some: list[Share]) -> list[Share]:
-    """Those whose share is large enough to be told with their CPA."""
+    """Those whose share is large enough to be named with their CPA."""
     return [one for one in some if one.size_rad > MIN_SHARE_RAD]
 
 
@@ -188,7 +188,7 @@ def frames_with_rudder(voyage: Series, episode: Episode) -> np.ndarray:
 
 
 def _decided_by_pilot(voyage: Series, at: np.ndarray) -> np.ndarray:
-    """Those of some frames in which the pilot has the helm himself; shares are of no others."""
+    """Those of some frames in which the pilot itself has the helm; shares are of no others."""
     decided = [voyage.frames[k].decision for k in at]
     return at[[d is None or d.pilot_rudder_rad is None for d in decided]]
 

@@ -22,8 +22,8 @@ def write_report(
 ) -> Path:
     """Write ``figures/*.pdf``, ``figures/*.png`` and ``report.html`` into a folder.
 
-    Returns the report's path. A figure that fails is told of under "Not drawn". ``progress``
-    is told the figure being drawn and the share done. InputError if the folder cannot be
+    Returns the report's path. A figure that fails is listed under "Not drawn". ``progress``
+    receives the figure being drawn and the share done. InputError if the folder cannot be
     written or there are no frames.
     """
     voyage = to_series(frames)

@@ -222,7 +222,7 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
 
 
 def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
-    """What is true only of a rudder that the pilot himself decided: whose it is."""
+    """What is true only of a rudder that the pilot itself decided: whose it is."""
     given: Columns = {}
     if e.intention is not None:
         given["intention"] = _plain(e.intention.increment)

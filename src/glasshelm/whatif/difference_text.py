@@ -83,7 +83,7 @@ def _turn(turn: Alteration, back: str, turns: str) -> str:
 
 
 def _contrast(changes: Sequence[Change], fact: Outcome, other: Outcome) -> str:
-    """What is the case. A ship without whom there is no such turn is named as its cause."""
+    """What is the case. A ship without which there is no such turn is named as its cause."""
     one, two = fact.alteration, other.alteration
     another = one is not None and (two is None or two.turn_rad * one.turn_rad < 0)
     if another and len(changes) == 1 and isinstance(changes[0], Deleted | Hidden):

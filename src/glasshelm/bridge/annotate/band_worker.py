@@ -122,7 +122,7 @@ def told(
 ) -> m.Banded:
     """The band of the last of these frames, with at most so many bounds, or why there is none.
 
-    A frame that carries its band is told as it was logged.
+    A frame that carries its band keeps the logged one.
     """
     frame = frames[-1]
     found, why = frame, ""
@@ -140,7 +140,7 @@ def told(
 
 
 def banded(frame: Frame, why: str = "") -> m.Banded:
-    """The band that a frame carries, as it is told; or why it has none."""
+    """The band that a frame carries, in words; or why it has none."""
     rudder = None if frame.decision is None else frame.decision.rudder_rad
     return m.Banded(
         frame.time_s,

@@ -1,4 +1,4 @@
-"""What is told beside the frames: sentence, rules, alarms. All of it follows from frames."""
+"""What accompanies the frames: sentence, rules, alarms. All of it follows from frames."""
 
 from collections import deque
 from typing import NamedTuple
@@ -18,7 +18,7 @@ ALARMS = "raising alarms"
 
 
 class Beside(NamedTuple):
-    """What is told beside one frame."""
+    """What accompanies one frame."""
 
     sentence: Sentence | None
     encounters: dict[str, Meeting]
@@ -52,7 +52,7 @@ class Lookout:
         return tuple(self._recent)[-count:]
 
     def see(self, frame: Frame, ahead: Predicted | None) -> Beside:
-        """What is to be told of the next frame."""
+        """What accompanies the next frame."""
         self._recent.append(frame)
         with self.faults.contained(ALARMS):
             self._listed = self.alarms.see(frame)

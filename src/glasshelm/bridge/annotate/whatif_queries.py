@@ -1,4 +1,4 @@
-"""What-if questions of a viewer: the frame shown is branched, both futures are told."""
+"""What-if questions of a viewer: the frame shown is branched into two futures."""
 
 import dataclasses
 from collections.abc import Callable
@@ -37,7 +37,7 @@ class Question:
 
     @staticmethod
     def of(asked: m.WhatIf, session: Session, named: Callable[[str], Pilot]) -> "Question":
-        """The question about the frame shown; its pilot is the one who made that frame."""
+        """The question about the frame shown; its pilot is the one that made that frame."""
         at, record = session.at, session.record
         if at < 0:
             raise InputError("nothing is shown yet")

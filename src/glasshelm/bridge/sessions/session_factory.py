@@ -25,7 +25,7 @@ def opened(
 ) -> Session:
     """The session that a page asks for. InputError if it is not of the catalogue.
 
-    ``progress`` is told which share of a log has been read.
+    ``progress`` receives the share of a log that has been read.
     """
     if isinstance(asked, Replay):
         return replayed(log_named(logs, asked.log), progress)
@@ -67,5 +67,5 @@ def check_log(path: Path) -> None:
 
 
 def replayed(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
-    """A log shown again; ``progress`` is told which share of it has been read."""
+    """A log shown again; ``progress`` receives the share of it that has been read."""
     return ReplaySession(SessionLog(path, fresh=False, progress=progress))

@@ -90,8 +90,8 @@ class SessionLog(FrameLines):
     """Frames that are appended to a log, or read from it, by number.
 
     With ``fresh`` a new log is begun (the file must not be there yet);
-    otherwise an existing one is read, and nothing can be appended; ``progress`` is told
-    which share of it has been read. A frame that cannot be written is not there (InputError).
+    otherwise an existing one is read, and nothing can be appended; ``progress`` gets
+    the share of it that has been read. A frame that cannot be written is not there (InputError).
     """
 
     def __init__(
