@@ -39,8 +39,8 @@ def test_a_reader_of_today_reads_fields_of_tomorrow():
     target = Target("1", "one", 0.0, 0.0, 0.0, 5.0, 9.0, 0.0, 1.0, 2.0, 0.0)
     line = json.loads(msgspec.json.encode(target)) | {"mood": "calm"}
     assert msgspec.json.decode(json.dumps(line), type=Target) == target
-    assert "fed" not in line
-    assert msgspec.json.decode(json.dumps(line), type=Target).fed
+    assert "selected" not in line
+    assert msgspec.json.decode(json.dumps(line), type=Target).selected
 
 
 def test_frames_cannot_be_changed():

@@ -112,7 +112,7 @@ export interface Ping {
   type: "ping";
 }
 /**
- * ``role`` is that of who is told.
+ * ``role`` is that of the receiver.
  */
 export interface Hello {
   type: "hello";
@@ -217,11 +217,11 @@ export interface Frame {
   decision?: Decision | null;
   weights_sha256?: string | null;
   time_utc?: string | null;
-  reward?: ByTask | null;
-  value?: ByTask | null;
-  priority?: ByTask | null;
+  reward?: BySubTask | null;
+  value?: BySubTask | null;
+  priority?: BySubTask | null;
   sweep?: Sweep | null;
-  outside?: string[] | null;
+  outside_training?: string[] | null;
   band?: Band | null;
   guard?: Guard | null;
 }
@@ -255,19 +255,19 @@ export interface Waypoint {
   north_m: number;
 }
 /**
- * A target: where she is, how near she will come, what the pilot makes of her.
+ * A target: where it is, how near it will come, what the pilot makes of it.
  *
  * ``danger`` is Eq. 13, clipped. ``q`` is Q_ca of the decided rudder (lower =
  * more dangerous), ``q_far`` the same head's value of a ship far off and
  * opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
  * ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
- * the level (preprint). ``shapley_rad`` is her share of the rudder (+ = to starboard; with
- * ``shapley_error_rad``, the standard error where it was sampled), ``left_out_rad`` the rudder
- * less what it would be without her, ``shapley_value`` her share of Q,
- * ``shapley_pairs_rad`` how far she moves the rudder together with each target of the frame,
- * beyond each by herself (absent where none matters). ``fed`` is false for a target seen but
- * not shown to the pilot; ``age_s`` the time since she was last heard;
- * ``lost`` that this is too long ago: her position is the last dead-reckoned one.
+ * the level (preprint). ``shapley_rad`` is its share of the rudder, + to starboard;
+ * ``shapley_error_rad`` its standard error, if it was sampled. ``leave_one_out_rad`` is the rudder
+ * less what it would be without this ship, ``shapley_value`` its share of Q.
+ * ``shapley_pairs_rad`` is how far it moves the rudder together with each target of the frame,
+ * beyond each alone (absent where none matters). ``selected`` is false for a target seen but
+ * not shown to the pilot. ``age_s`` is the time since it was last heard;
+ * ``lost`` says that this is too long ago: its position is the last dead-reckoned one.
  */
 export interface Target {
   id: string;
@@ -290,11 +290,11 @@ export interface Target {
   intention_level?: number | null;
   shapley_rad?: number | null;
   shapley_error_rad?: number | null;
-  left_out_rad?: number | null;
+  leave_one_out_rad?: number | null;
   shapley_value?: number | null;
   shapley_pairs_rad?: number[] | null;
   length_m?: number | null;
-  fed?: boolean;
+  selected?: boolean;
   lost?: boolean;
   age_s?: number | null;
   latitude_deg?: number | null;
@@ -303,21 +303,21 @@ export interface Target {
 /**
  * The rudder that the pilot commands, or (``applied`` false) would command. + = starboard.
  *
- * ``alone_rad`` is what it would be with no other ship: with every target's
- * ``shapley_rad`` it adds up to ``rudder_rad``. ``overruled_rad`` is the rudder that the
- * pilot himself decided where an order or his guard has the helm; the shares of a rudder
+ * ``base_rad`` is what it would be with no other ship: with every target's
+ * ``shapley_rad`` it adds up to ``rudder_rad``. ``pilot_rudder_rad`` is the rudder that the
+ * pilot itself decided where an order or its guard has the helm; the shares of a rudder
  * are then absent.
  */
 export interface Decision {
   rudder_rad: number;
   applied?: boolean;
-  alone_rad?: number | null;
-  overruled_rad?: number | null;
+  base_rad?: number | null;
+  pilot_rudder_rad?: number | null;
 }
 /**
  * One number a sub-task (Eq. 16-19, 22).
  */
-export interface ByTask {
+export interface BySubTask {
   waypoint: number;
   collision: number;
   total?: number | null;

@@ -35,7 +35,7 @@ describe("plot data", () => {
     const withShare = target("1", { shapley_rad: radians(3) });
     const frames = [
       frame(0),
-      frame(60, [withShare], { decision: { rudder_rad: radians(2), alone_rad: radians(-1) } }),
+      frame(60, [withShare], { decision: { rudder_rad: radians(2), base_rad: radians(-1) } }),
     ];
     const [, alone, ship] = rudderShares(frames, ["1"]);
     expect(alone![0]).toBeNull();

@@ -33,7 +33,7 @@ def test_advice_is_labelled_as_advice_and_time_is_utc(server: Server, open_page:
 def test_a_situation_outside_the_training_envelope_is_flagged(
     server: Server, open_page: OpenPage
 ) -> None:
-    outside = server.shown()["frame"]["frame"]["outside"]
+    outside = server.shown()["frame"]["frame"]["outside_training"]
     page = open_page(server)
     wait_for_words(
         page, "gh-envelope-warning p", f"Outside the pilot's training: {re.escape(outside[0])}"

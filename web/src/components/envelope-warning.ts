@@ -23,7 +23,7 @@ export class EnvelopeWarning extends StoreElement {
   ];
 
   override render() {
-    const outside = store.frame?.outside ?? [];
+    const outside = store.frame?.outside_training ?? [];
     if (!outside.length) return nothing;
     const more = outside.length - 1;
     const text =

@@ -241,7 +241,7 @@ export class ExplanationPanel extends StoreElement {
     ids: readonly string[],
     colours: PlanColours,
   ): PlotCard | null {
-    if (!hasValue((f) => f.decision?.alone_rad)) return null;
+    if (!hasValue((f) => f.decision?.base_rad)) return null;
     const shown = ids.filter((id) => shipHasValue(id, (t) => t.shapley_rad));
     return {
       title: "Rudder shares",

@@ -25,7 +25,7 @@ export function rudderShares(frames: readonly Frame[], ids: readonly string[]): 
     t.shapley_rad == null ? null : degrees(t.shapley_rad),
   );
   const alone = frames.map((f) =>
-    f.decision?.alone_rad == null ? null : degrees(f.decision.alone_rad),
+    f.decision?.base_rad == null ? null : degrees(f.decision.base_rad),
   );
   return [time, alone, ...ships];
 }

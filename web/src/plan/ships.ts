@@ -40,7 +40,7 @@ function drawTarget(c: Context, scene: Scene, row: RankedTarget): void {
   const flashing = alarm?.state === "unacknowledged";
   const size = coloured || alarm ? symbol.TARGET_PX : symbol.SLEEPING_PX;
   const moving = target.speed_m_s > 0.25 && !target.lost;
-  const awake = coloured || alarm !== null || target.fed !== false;
+  const awake = coloured || alarm !== null || target.selected !== false;
   if (moving && awake) {
     const [end, width] = [
       view.toScreen(vectorTip(scene, target)),

@@ -1,6 +1,6 @@
 """What the page and the server say to each other: JSON objects, each with its ``type``.
 
-docs/bridge.md holds the same as a table. Frames travel as the bytes that stand
+docs/reference/bridge.md holds the same as a table. Frames travel as the bytes that stand
 in the log: they are encoded once, however many look on.
 """
 
@@ -181,7 +181,7 @@ class Bounds(msgspec.Struct, frozen=True):
 
 
 class Hello(_Said, frozen=True):
-    """``role`` is that of who is told."""
+    """``role`` is that of the receiver."""
 
     version: str
     catalogue: Catalogue
