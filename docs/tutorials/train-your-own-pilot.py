@@ -17,7 +17,7 @@
 # ## Train
 #
 # The preset `tiny-fast` has the stages of [`fast`](../explanation/training.md), imitation and then critics, with networks of eight units and
-# voyages of two minutes. It shows the machinery in seconds; most of the time goes into compilation.
+# voyages of two minutes. It shows the machinery; most of the time goes into compilation.
 
 # %%
 import tempfile
@@ -27,7 +27,7 @@ folder = Path(tempfile.mkdtemp())
 run, evaluation = folder / "run", folder / "evaluation"
 
 # %%
-# !glasshelm train --preset tiny-fast --actor attention --seed 1 --out {run}
+# !glasshelm train --preset tiny-fast --actor attention --seed 1 --set imitation.iterations=30 --out {run} 2>&1 | tail -n 2
 
 # %% [markdown]
 # `best.safetensors` holds the weights and the whole configuration: this one file is the pilot.
@@ -45,7 +45,7 @@ print(sorted(file.name for file in run.iterdir()))
 # All pilots sail the same 50 random encounters.
 
 # %%
-# !glasshelm evaluate --pilots straight tiny={run}/best.safetensors paper-attention --suite random --encounters 50 --ships paper --out {evaluation}
+# !glasshelm evaluate --pilots straight tiny={run}/best.safetensors paper-attention --suite random --encounters 50 --ships paper --out {evaluation} 2>&1 | tail -n 1
 
 # %% [markdown]
 # `report.md` has every table with intervals. The rows behind it are in Parquet, one per encounter and pilot:
@@ -80,7 +80,7 @@ def same_first_ship(pilot):
         for frame in simulate(scenario, pilot, 240):
             most_attention = max(frame.targets, key=lambda ship: ship.attention)
             most_effect = max(frame.targets, key=lambda ship: abs(ship.leave_one_out_rad))
-            if abs(most_effect.leave_one_out_rad) > 0.004:  # a quarter of a degree
+            if abs(most_effect.leave_one_out_rad) > 0.0005:  # 0.03°: some ship matters
                 hits.append(most_attention is most_effect)
     return f"{sum(hits)} of {len(hits)} frames"
 
@@ -89,7 +89,8 @@ print("tiny           ", same_first_ship(tiny))
 print("paper-attention", same_first_ship(good))
 
 # %% [markdown]
-# By chance it would be one frame in four. `glasshelm exam` makes this test with proper scores, baselines and intervals, for every explanation
+# By chance it would be one frame in four. Attention names the right ship nearly always in the well-trained pilot; in a pilot that has learned
+# little it need not. `glasshelm exam` makes this test with proper scores, baselines and intervals, for every explanation
 # ([method](../explanation/explanations.md#measuring-faithfulness), [results](../results/faithfulness.md)).
 #
 # ## Train a useful pilot
