@@ -57,7 +57,7 @@ for name in ("straight", "tiny", "paper-attention"):
     print(f"{name:16s} intrudes into the domain in {sum(intruded)} of {len(intruded)}")
 
 # %% [markdown]
-# The tiny pilot is hardly better than doing nothing: a few seconds of training are not enough. The bundled one was trained for hours.
+# The tiny pilot is hardly better than doing nothing: a few seconds of training are not enough. The bundled one has had far more.
 #
 # ## Test its explanations
 #
