@@ -91,11 +91,11 @@ def test_markdown_reads_a_name_as_text():
 
 def test_nobody_enters_with_an_order_in_her_name():
     for name in NAMES:
-        info = TargetInfo(f"i{name}", name, kind=name)
+        info = TargetInfo(f"i{name}", name, ship_type=name)
         assert info.id.isprintable()
         assert info.name.isprintable()
         assert len(info.name) <= LONGEST_NAME
-        assert (info.kind or "").isprintable()
+        assert (info.ship_type or "").isprintable()
 
 
 def test_a_log_from_outside_is_read_as_text(tmp_path):

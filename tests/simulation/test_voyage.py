@@ -19,7 +19,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import random_scenario
-from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_tracks
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
 from glasshelm.env.step import EnvSettings, reset, step
 from glasshelm.frames import frame_log
@@ -41,7 +41,7 @@ def scenario(*rows: TrackColumns, waypoint: float = 20_000.0, **more) -> Scenari
         encounter=Encounter(
             ShipState.steady(0.0, 0.0, 0.0, V),
             Vector(jnp.zeros(1), jnp.full(1, waypoint)),
-            stack_rows(rows),
+            stack_tracks(rows),
             jnp.ones(len(rows), bool),
         ),
         targets=tuple(TargetInfo(str(i), f"ship {i}") for i in range(len(rows))),
