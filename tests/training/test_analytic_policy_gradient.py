@@ -1,4 +1,5 @@
 import dataclasses
+import functools
 
 import equinox as eqx
 import jax
@@ -32,12 +33,18 @@ NEAR = RandomEncounters(
 SETTINGS = AnalyticSettings(
     worlds_by_count=(1, 2, 2), encounters=NEAR, beside=(), decisions=8, rudder_pull=0.0
 )
-ACTOR = make_actor(
-    "attention",
-    ActorSizes(encoder=(16, 12), head=(12,), attention=(8,), lens="fine"),
-    jax.random.key(2),
-)
-BATCH = jax.jit(lambda: draw_batch(jax.random.key(5), SHIP, SETTINGS))()
+
+
+@functools.cache
+def small_actor():
+    sizes = ActorSizes(encoder=(16, 12), head=(12,), attention=(8,), lens="fine")
+    return make_actor("attention", sizes, jax.random.key(2))
+
+
+@functools.cache
+def worlds():
+    with jax.ensure_compile_time_eval():
+        return jax.jit(lambda: draw_batch(jax.random.key(5), SHIP, SETTINGS))()
 
 
 @eqx.filter_jit
@@ -71,12 +78,12 @@ def arrays(tree):
 def some_direction(seed: int):
     keys = iter(jax.random.split(jax.random.key(seed), 100))
     return jax.tree.map(
-        lambda x: jax.random.normal(next(keys), x.shape) if eqx.is_array(x) else x, ACTOR
+        lambda x: jax.random.normal(next(keys), x.shape) if eqx.is_array(x) else x, small_actor()
     )
 
 
 def test_batch_holds_the_numbers_of_ships_asked_for():
-    assert BATCH.present.sum(-1).tolist() == [0, 1, 1, 2, 2]
+    assert worlds().present.sum(-1).tolist() == [0, 1, 1, 2, 2]
     assert (SETTINGS.worlds, SETTINGS.ships, SETTINGS.pairs) == (5, 6, 10)
 
 
@@ -91,10 +98,10 @@ def test_smooth_reward_pays_for_the_course_and_charges_for_danger():
 
 
 def test_closed_loop_return_is_the_open_loop_return_of_the_same_commands():
-    log, voyages = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)
+    log, voyages = eqx.filter_jit(sail)(small_actor(), worlds(), SHIP, SETTINGS)
     actions = log.actions.T
     assert actions.shape == (5, 8)
-    np.testing.assert_allclose(open_loop(actions, BATCH), voyages.returns, rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(open_loop(actions, worlds()), voyages.returns, rtol=1e-3, atol=1e-3)
     assert (np.asarray(voyages.worst[1:]) > -0.2).any()  # the batch is not all open sea
     assert float(voyages.worst[0]) < -100  # nobody there
 
@@ -103,9 +110,9 @@ def test_open_loop_follows_a_route_of_several_waypoints():
     # The second waypoint lies abeam of the first: whoever steers for it is paid otherwise.
     near, abeam = jnp.float32([0.0, 9000.0]), jnp.float32([700.0, 700.0])
     routes = Vector(jnp.tile(near, (5, 1)), jnp.tile(abeam, (5, 1)))
-    batch = eqx.tree_at(lambda b: b.route, BATCH, routes)
+    batch = eqx.tree_at(lambda b: b.route, worlds(), routes)
     settings = dataclasses.replace(SETTINGS, decisions=20)
-    log, voyages = eqx.filter_jit(sail)(ACTOR, batch, SHIP, settings)
+    log, voyages = eqx.filter_jit(sail)(small_actor(), batch, SHIP, settings)
     returns = jax.jit(jax.vmap(lambda e, a: voyage_return(e, a, SHIP, settings)))
     np.testing.assert_allclose(returns(batch, log.actions.T), voyages.returns, rtol=1e-3, atol=1e-3)
     first = Vector(routes.x[:, :1], routes.y[:, :1])
@@ -114,27 +121,28 @@ def test_open_loop_follows_a_route_of_several_waypoints():
 
 
 def test_gradient_without_feedback_is_the_finite_difference_of_the_commands():
-    log, _ = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)
+    log, _ = eqx.filter_jit(sail)(small_actor(), worlds(), SHIP, SETTINGS)
     observation, actions = log.observation, log.actions.T
     # How every return answers to every single command, by central differences.
     step = 0.01
     adjoint = np.zeros(actions.shape)
     for t in range(actions.shape[1]):
-        up = open_loop(actions.at[:, t].add(step), BATCH)
-        down = open_loop(actions.at[:, t].add(-step), BATCH)
+        up = open_loop(actions.at[:, t].add(step), worlds())
+        down = open_loop(actions.at[:, t].add(-step), worlds())
         adjoint[:, t] = np.asarray(up - down, np.float64) / (2 * step)
-    exact = jax.jit(jax.grad(lambda a: open_loop(a, BATCH).sum()))(actions)
+    exact = jax.jit(jax.grad(lambda a: open_loop(a, worlds()).sum()))(actions)
     np.testing.assert_allclose(exact, adjoint, atol=0.03 * np.abs(adjoint).max())
     assert np.abs(adjoint).max() > 0.1
     # Scaled voyage by voyage, and carried to the actor along some direction.
     length = np.linalg.norm(adjoint, axis=-1, keepdims=True)
     weight = adjoint / (length + SETTINGS.adjoint_scale)
-    gradient, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, SETTINGS)
+    gradient, _ = eqx.filter_jit(policy_gradient)(small_actor(), worlds(), SHIP, SETTINGS)
     answers, slopes = [], []
     for seed in range(3):
         direction, small = some_direction(seed), 1e-3
         answer = [
-            np.asarray(rudders_of(moved(ACTOR, direction, s), observation)) for s in (small, -small)
+            np.asarray(rudders_of(moved(small_actor(), direction, s), observation))
+            for s in (small, -small)
         ]
         slope = (answer[0] - answer[1]).T / (2 * small)  # [w, t]
         answers.append(-(weight * slope).mean(0).sum())
@@ -144,12 +152,12 @@ def test_gradient_without_feedback_is_the_finite_difference_of_the_commands():
 
 def test_gradient_with_feedback_is_the_finite_difference_of_the_mean_return():
     settings = dataclasses.replace(SETTINGS, feedback=True)
-    gradient, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, settings)
+    gradient, _ = eqx.filter_jit(policy_gradient)(small_actor(), worlds(), SHIP, settings)
     slopes, answers = [], []
     for seed in range(3):
         direction, small = some_direction(seed), 2e-3
-        up = returns_of(moved(ACTOR, direction, small), BATCH).mean()
-        down = returns_of(moved(ACTOR, direction, -small), BATCH).mean()
+        up = returns_of(moved(small_actor(), direction, small), worlds()).mean()
+        down = returns_of(moved(small_actor(), direction, -small), worlds()).mean()
         answers.append(-float(up - down) / (2 * small))
         slopes.append(inner(gradient, direction))
     np.testing.assert_allclose(slopes, answers, rtol=0.05, atol=0.03 * np.abs(answers).max())
@@ -158,10 +166,10 @@ def test_gradient_with_feedback_is_the_finite_difference_of_the_mean_return():
 @pytest.mark.parametrize("feedback", [False, True])
 def test_one_step_along_the_gradient_raises_the_return(feedback):
     settings = dataclasses.replace(SETTINGS, feedback=feedback)
-    gradient, voyages = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, settings)
+    gradient, voyages = eqx.filter_jit(policy_gradient)(small_actor(), worlds(), SHIP, settings)
     size = inner(gradient, gradient) ** 0.5
-    better = returns_of(moved(ACTOR, gradient, -0.01 / size), BATCH).mean()
-    worse = returns_of(moved(ACTOR, gradient, 0.01 / size), BATCH).mean()
+    better = returns_of(moved(small_actor(), gradient, -0.01 / size), worlds()).mean()
+    worse = returns_of(moved(small_actor(), gradient, 0.01 / size), worlds()).mean()
     middle = float(voyages.returns.mean())
     assert float(better) > middle + 1e-3
     assert float(worse) < middle - 1e-3
@@ -180,17 +188,18 @@ def test_the_ship_changes_gradually_into_the_one_trained_for():
 
 
 def test_rudder_pull_asks_for_less_rudder():
-    plain, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, SETTINGS)
+    plain, _ = eqx.filter_jit(policy_gradient)(small_actor(), worlds(), SHIP, SETTINGS)
     settings = dataclasses.replace(SETTINGS, rudder_pull=0.5)
-    pulled, _ = eqx.filter_jit(policy_gradient)(ACTOR, BATCH, SHIP, settings)
-    observation = eqx.filter_jit(sail)(ACTOR, BATCH, SHIP, SETTINGS)[0].observation
+    pulled, _ = eqx.filter_jit(policy_gradient)(small_actor(), worlds(), SHIP, settings)
+    observation = eqx.filter_jit(sail)(small_actor(), worlds(), SHIP, SETTINGS)[0].observation
 
     def rudder(actor):
         return float((rudders_of(actor, observation) ** 2).mean())
 
     extra = jax.tree.map(jnp.subtract, pulled, plain)
     small = 0.01 / inner(extra, extra) ** 0.5
-    assert rudder(moved(ACTOR, extra, -small)) < rudder(ACTOR) < rudder(moved(ACTOR, extra, small))
+    less, more = (moved(small_actor(), extra, s) for s in (-small, small))
+    assert rudder(less) < rudder(small_actor()) < rudder(more)
 
 
 def test_worlds_begin_in_turn_as_the_settings_say():

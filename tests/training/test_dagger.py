@@ -1,4 +1,5 @@
 import dataclasses
+import functools
 
 import equinox as eqx
 import jax
@@ -40,14 +41,29 @@ SETTINGS = ImitationSettings(
     instants=4,
     average_rate=0.02,
 )
-ACTOR = make_actor("sum", ActorSizes((24, 16), (16,), (8,), "fine"), jax.random.key(2))
-BATCH = jax.jit(lambda: draw_batch(jax.random.key(5), SHIP, MIX))()
-FLEET = Packed(BATCH.present, MIX.ships, MIX.pairs)
+
+
+@functools.cache
+def student():
+    with jax.ensure_compile_time_eval():
+        return make_actor("sum", ActorSizes((24, 16), (16,), (8,), "fine"), jax.random.key(2))
+
+
+@functools.cache
+def worlds():
+    with jax.ensure_compile_time_eval():
+        return jax.jit(lambda: draw_batch(jax.random.key(5), SHIP, MIX))()
+
+
+@functools.cache
+def fleet():
+    with jax.ensure_compile_time_eval():
+        return Packed(worlds().present, MIX.ships, MIX.pairs)
 
 
 @eqx.filter_jit
 def taught(share):
-    return teach(ACTOR, BATCH, share, jax.random.key(1), SHIP, FLEET, SETTINGS)
+    return teach(student(), worlds(), share, jax.random.key(1), SHIP, fleet(), SETTINGS)
 
 
 def test_alone_the_teacher_steers_her_own_labels():
@@ -68,20 +84,20 @@ def test_the_actor_sails_but_the_teacher_labels():
     straight = jax.vmap(lambda s: rudder_to(jnp.zeros(()), s, SHIP))(
         jax.tree.map(lambda x: x[-1], together.observation)
     )
-    empty = ~BATCH.present.any(-1)  # nobody there: the teacher steers for the waypoint
+    empty = ~worlds().present.any(-1)  # nobody there: the teacher steers for the waypoint
     np.testing.assert_allclose(together.rudder[-1][empty], straight[empty], atol=1e-6)
 
 
 def test_a_tolerant_teacher_follows_the_actor():
     """Where anything will do, she wants what the actor does, within half of the limit."""
     fleet_seen = jax.tree.map(lambda x: x[0], taught(jnp.ones(())).observation)
-    own = ACTOR(fleet_seen, FLEET)
+    own = student()(fleet_seen, fleet())
 
     @eqx.filter_jit
     def first_labels(tolerance):
         settings = dataclasses.replace(SETTINGS, tolerance=tolerance)
         key = jax.random.key(1)
-        return teach(ACTOR, BATCH, jnp.ones(()), key, SHIP, FLEET, settings).rudder[0]
+        return teach(student(), worlds(), jnp.ones(()), key, SHIP, fleet(), settings).rudder[0]
 
     strict, tolerant = first_labels(0.0), first_labels(1e6)
     np.testing.assert_allclose(strict, taught(jnp.ones(())).rudder[0])
@@ -94,7 +110,7 @@ def test_weights_say_what_is_at_stake():
     weight = taught(jnp.zeros(())).weight[0]
     assert float(weight.min()) >= 0.1
     assert float(weight.max()) <= 1.0
-    crowded = BATCH.present.sum(-1)
+    crowded = worlds().present.sum(-1)
     assert float(weight[crowded == 0].max()) < float(weight[crowded > 0].max())
 
 
@@ -105,8 +121,8 @@ def test_the_hardest_of_several_is_sailed():
     @eqx.filter_jit
     def drawn(share):
         settings = dataclasses.replace(SETTINGS, hard_share=share, hardest_of=4)
-        batch = draw_lessons(ACTOR, jax.random.key(8), SHIP, mix, settings)
-        return batch.present, sail(ACTOR, batch, SHIP, mix)[1].worst
+        batch = draw_lessons(student(), jax.random.key(8), SHIP, mix, settings)
+        return batch.present, sail(student(), batch, SHIP, mix)[1].worst
 
     (present, plain), (hard_present, hard) = drawn(0.0), drawn(1.0)
     np.testing.assert_array_equal(present, hard_present)
@@ -116,7 +132,7 @@ def test_the_hardest_of_several_is_sailed():
 @pytest.fixture(scope="module")
 def learned():
     run = eqx.filter_jit(lambda state, key: imitate(state, key, SHIP, MIX, SETTINGS))
-    state, errors = start_imitation(ACTOR, MIX, SETTINGS, 6), []
+    state, errors = start_imitation(student(), MIX, SETTINGS, 6), []
     for number in range(12):
         state, lesson = run(state, jax.random.fold_in(jax.random.key(3), number))
         errors.append(float(lesson.error))
@@ -129,10 +145,10 @@ def test_the_actor_comes_to_steer_like_the_teacher(learned):
 
     @eqx.filter_jit
     def wrong(actor):
-        rudders = jax.vmap(lambda observation: actor(observation, FLEET))(lessons.observation)
+        rudders = jax.vmap(lambda observation: actor(observation, fleet()))(lessons.observation)
         return jnp.mean(lessons.weight * (rudders - lessons.rudder) ** 2)
 
-    assert float(wrong(state.average)) < 0.75 * float(wrong(ACTOR))
+    assert float(wrong(state.average)) < 0.75 * float(wrong(student()))
     assert all(np.isfinite(errors))
     assert int(state.iteration) == 12
 
