@@ -3,10 +3,10 @@ import math
 from datetime import UTC, datetime
 
 import pytest
+from glasshelm.ais.nmea import NmeaDecoder
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
 from glasshelm.ais.multipart import MAX_PENDING
-from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES
 from glasshelm.ais.reports import Counts, RejectReason
 from glasshelm.ship.nomoto import KNOT_M_S
@@ -186,7 +186,8 @@ def test_sensors_that_are_not_valid_tell_nothing(body):
         (ais({"type": 4, "mmsi": 2300000})[0], RejectReason.NO_SHIP),
         (ais(POSITION | {"mmsi": 992301234})[0], RejectReason.NO_SHIP),
         (ais(POSITION | {"mmsi": 111230001})[0], RejectReason.NO_SHIP),
-        (ais({"type": 8, "mmsi": 2, "dac": 1, "data": b"\0"})[0], RejectReason.UNUSED_KIND),
+        (ais({"type": 8, "mmsi": 2, "dac": 1, "fid": 1, "data": b"\x00"})[0],
+         RejectReason.UNUSED_KIND),
     ],
 )  # fmt: skip
 def test_every_refusal_has_its_reason(line, why):

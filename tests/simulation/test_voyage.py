@@ -30,7 +30,6 @@ from glasshelm.simulation.voyage import Voyage, padded_encounter, simulate
 
 SHIP = SHIPS["paper"]
 V = SHIP.speed_m_s
-PILOT = untrained()
 
 
 def scenario(*rows: TrackColumns, waypoint: float = 20_000.0, **more) -> Scenario:
@@ -57,11 +56,11 @@ def straight(east: float, north: float, course_deg: float, speed: float = V) -> 
 
 def test_frames_are_the_worlds_own_states():
     made = random_scenario(5, SHIP)
-    frames = list(simulate(made, PILOT, steps=20))
+    frames = list(simulate(made, untrained(), steps=20))
     state = reset(made.encounter, SHIP)
     go = jax.jit(lambda s, a: step(made.encounter, s, a * SHIP.rudder_limit_rad, SHIP))
-    steer = jax.jit(lambda observation: PILOT.steer(observation, ())[0])
-    values = eqx.filter_jit(PILOT.critic)
+    steer = jax.jit(lambda observation: untrained().steer(observation, ())[0])
+    values = eqx.filter_jit(untrained().critic)
     reward = None
     for frame in frames:
         close = {"rtol": 1e-4, "atol": 2e-5}
@@ -84,7 +83,7 @@ def test_frames_are_the_worlds_own_states():
 
 
 def test_parts_of_a_frame_add_up():
-    frame = list(simulate(random_scenario(5, SHIP), PILOT, steps=4))[-1]
+    frame = list(simulate(random_scenario(5, SHIP), untrained(), steps=4))[-1]
     assert len(frame.targets) > 1
     for part, field in ((frame.value, "q"), (frame.priority, "priority")):
         ships = sum(getattr(t, field) for t in frame.targets)
@@ -129,7 +128,7 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
     for time_s in (50.0, 65.0, 75.0):
         target = there[time_s]
         assert target.lost
-        assert not target.fed
+        assert not target.selected
         assert target.north_m == pytest.approx(there[45.0].north_m)
         assert target.age_s == pytest.approx(time_s - 30.0)
     assert max(there) == 75.0
@@ -137,18 +136,18 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
 
 def test_forty_ships_are_shown_and_twenty_fed():
     rows = [straight(400.0 * k - 8000.0, 6000.0, 180.0) for k in range(40)]
-    frame = list(simulate(scenario(*rows), PILOT, steps=2))[-1]
-    fed = [t for t in frame.targets if t.fed]
+    frame = list(simulate(scenario(*rows), untrained(), steps=2))[-1]
+    fed = [t for t in frame.targets if t.selected]
     assert (len(frame.targets), len(fed)) == (40, 20)
-    assert all((t.q is not None) == t.fed for t in frame.targets)
-    assert any("20 ships fed" in phrase for phrase in frame.outside)
+    assert all((t.q is not None) == t.selected for t in frame.targets)
+    assert any("20 ships fed" in phrase for phrase in frame.outside_training)
     assert frame.value.collision == pytest.approx(sum(t.q for t in fed), abs=1e-4)
 
 
 def test_eighteen_ships_are_all_fed_however_far():
     rows = [straight(25_000.0, 500.0 * k, 0.0) for k in range(18)]
     frame = next(simulate(scenario(*rows), StraightPilot(), steps=0))
-    assert all(t.fed for t in frame.targets)
+    assert all(t.selected for t in frame.targets)
 
 
 def test_padding_an_encounter_changes_nothing():
@@ -201,7 +200,7 @@ def test_advice_keeps_the_recorded_track():
 
 def test_advice_needs_a_track():
     with pytest.raises(InputError, match="--advise needs a recorded own ship"):
-        simulate(scenario(), PILOT, advise=True)
+        simulate(scenario(), untrained(), advise=True)
 
 
 def test_what_is_no_number_ends_the_voyage():
@@ -209,7 +208,9 @@ def test_what_is_no_number_ends_the_voyage():
     with pytest.raises(InputError, match="ship 0 is seen with no finite"):
         list(simulate(lost, StraightPilot(), steps=1))
     broken = eqx.tree_at(
-        lambda p: p.actor.head.biases[0], PILOT, jnp.full_like(PILOT.actor.head.biases[0], jnp.nan)
+        lambda p: p.actor.head.biases[0],
+        untrained(),
+        jnp.full_like(untrained().actor.head.biases[0], jnp.nan),
     )
     with pytest.raises(InputError, match=r"untrained-attention decides nan"):
         list(simulate(random_scenario(5, SHIP), broken, steps=1))
@@ -232,7 +233,7 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
     sha = write_weights(weights)
     args = ["run", "random:3", "--pilot", str(weights), "--steps", "6", "--out", str(out)]
     assert main([*args, "--parquet", str(tmp_path / "f.parquet")]) == 0
-    frames = list(frame_log.read(out))
+    frames = list(frame_log.read_log(out))
     assert len(frames) == 7
     assert frames[0].weights_sha256 == sha
     assert frames[0].source == "random:3"
@@ -242,7 +243,7 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
     assert main(["run", "random:3", "--pilot", "straight", "--advise", "--out", str(out)]) == 2
     errors = capsys.readouterr().err.strip().splitlines()
     assert sum(line.startswith("glasshelm: ") for line in errors) == 3
-    assert len(list(frame_log.read(out))) == 7  # nothing was written over
+    assert len(list(frame_log.read_log(out))) == 7  # nothing was written over
 
 
 def test_interrupted_run_keeps_its_frames(tmp_path):
@@ -268,7 +269,7 @@ def test_interrupted_run_keeps_its_frames(tmp_path):
     finally:
         run.kill()  # not a voyage without end beside the other tests
     assert run.returncode == 130
-    count = len(list(frame_log.read(out)))
+    count = len(list(frame_log.read_log(out)))
     assert count > 5
     assert f"interrupted: {count} frames are in" in errors.decode().replace("\n", " ")
 
@@ -286,7 +287,7 @@ def test_frames_name_scenario_ship_and_waypoint():
 
 
 def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_way():
-    voyage = Voyage(random_scenario(5, SHIP), PILOT, 60)
+    voyage = Voyage(random_scenario(5, SHIP), untrained(), 60)
     voyage.sail_on(8)
     kept = voyage.place
     first = voyage.sail_on(8)
@@ -304,10 +305,10 @@ def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_wa
 
 def test_frames_are_the_same_one_by_one_as_many_at_once():
     made = random_scenario(5, SHIP)
-    voyage, one_by_one = Voyage(made, PILOT, 20), []
+    voyage, one_by_one = Voyage(made, untrained(), 20), []
     while frames := voyage.sail_on():
         one_by_one += frames
-    at_once = list(simulate(made, PILOT, steps=20))
+    at_once = list(simulate(made, untrained(), steps=20))
     assert len(one_by_one) == len(at_once) == 21
     for a, b in zip(one_by_one, at_once, strict=True):
         assert a.own.north_m == pytest.approx(b.own.north_m, rel=1e-5)

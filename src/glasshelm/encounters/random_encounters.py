@@ -1,6 +1,6 @@
 """Random encounters (Eq. 8-9): straight runners that would meet own ship.
 
-``PAPER`` is the paper's distribution with the spawn rule of docs/paper.md;
+``PAPER`` is the paper's distribution with the spawn rule of docs/explanation/paper.md;
 ``WIDE`` contains it and adds starts that the paper's never shows (ships abeam
 or astern from 1.5 km, near waypoints, own ship off her course), so that a
 pilot trained on it has met what Imazu cases and real traffic look like;
@@ -10,6 +10,7 @@ ship and close on her slowly, from one side or from both.
 
 import dataclasses
 import math
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -64,6 +65,8 @@ CONVERGING = dataclasses.replace(
 )
 #: Distributions that a source string can name: ``random:7``, ``wide:7``, ``converging:7``.
 FAMILIES = {"random": PAPER, "wide": WIDE, "converging": CONVERGING}
+#: Seed of :func:`validation_encounters`; no training draws from it.
+VALIDATION_SEED = 20_240_501
 
 
 def random_encounter(
@@ -96,6 +99,22 @@ def random_encounter(
         straight_track(east, north, course, speed),
         jnp.arange(high) < count,
     )
+
+
+@partial(jax.jit, static_argnames=("size", "settings"))
+def random_encounters(
+    key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters = PAPER
+) -> Encounter:
+    """A batch of ``size`` independent random encounters."""
+    keys = jax.random.split(key, size)
+    return jax.vmap(lambda k: random_encounter(k, ship, settings))(keys)
+
+
+def validation_encounters(
+    ship: ShipParams, size: int = 256, settings: RandomEncounters = PAPER
+) -> Encounter:
+    """The fixed batch of random encounters on which pilots are validated and explained."""
+    return random_encounters(jax.random.key(VALIDATION_SEED), size, ship, settings)
 
 
 def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PAPER) -> Scenario:

@@ -5,6 +5,7 @@ positive. ``fleet`` chooses padded slots (default) or packed rows.
 """
 
 import dataclasses
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -17,10 +18,13 @@ from glasshelm.networks.input_features import Lens, encode, input_size
 from glasshelm.networks.mlp import Mlp, leaky_relu, softsign
 from glasshelm.networks.ship_batch import Padded, ShipBatch
 
+#: Anything that steers as an actor does: observations -> rudders in [−1, 1].
+Policy = Callable[[Observation], Float[Array, "*b"]]
+
 
 @dataclasses.dataclass(frozen=True)
 class ActorSizes:
-    """Layer widths. The defaults are Tables A.3-A.5 and, for attention, docs/paper.md."""
+    """Layer widths. Defaults: Tables A.3-A.5; for attention, docs/explanation/paper.md."""
 
     encoder: tuple[int, ...] = (256, 256, 128)
     head: tuple[int, ...] = (256, 256, 128)
