@@ -80,7 +80,7 @@ def read_excerpt(
     """The traffic around an own ship, from ``before_s`` before t = 0 on.
 
     Of several segments with hours of silence between them it is the one that holds
-    ``at``, or that with most ships; the notes tell of the others.
+    ``at``, or that with most ships; the notes name the others.
 
     Args:
         path: The recording.
