@@ -3,7 +3,7 @@ import math
 from datetime import UTC, datetime
 
 import pytest
-from glasshelm.ais.nmea import NmeaDecoder
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
 from glasshelm.ais.multipart import MAX_PENDING

@@ -41,7 +41,7 @@ class OwnPosition:
     def track(self, duration_s: float) -> Track:
         """Straight on for ``duration_s``."""
         leg = ([x] for x in (0.0, self.east_m, self.north_m, self.course_rad, self.speed_m_s))
-        return single_track(TrackColumns.of(*leg, lasts_s=duration_s))
+        return single_track(TrackColumns.of(*leg, leg_duration_s=duration_s))
 
 
 def to_plane(fix: Fix, plane: LocalProjection) -> tuple[float, float]:
