@@ -39,8 +39,7 @@ def iter_nmea(path: str | Path, wanted: Wanted, notes: list[str]) -> Iterator[Re
     with TextFile(path) as file:
         for report in decoder.decode(file.lines()):
             number = int(report.id) if is_number(report.id) else OWN_SENSORS
-            static = StaticData(report.name, report.length_m, report.beam_m, report.ship_type)
-            ships[number] = ships.get(number, StaticData()).updated_by(static)
+            ships[number] = ships.get(number, StaticData()).updated_by(StaticData.of(report))
             if report.latitude_deg is not None and report.longitude_deg is not None:
                 found = True
                 rows.append(_row(number, report))

@@ -47,6 +47,10 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     cleared: tuple[str, ...] = ()
 
 
+#: The fields of a Report that are sensor values of the motion.
+MOTION_FIELDS = ("course_rad", "speed_m_s", "heading_rad", "rate_of_turn_rad_s", "rudder_rad")
+
+
 class RejectReason(StrEnum):
     """Why a message was of no use. A fixed set: no input can make it grow."""
 

@@ -11,7 +11,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from glasshelm.ais.vessel import MAX_NAME_LENGTH
+from glasshelm.ais.reports import MOTION_FIELDS
+from glasshelm.ais.table import MAX_NAME_LENGTH
 
 #: Nested objects are searched so deep: the longest path that is used has four parts.
 _MAX_DEPTH = 5
@@ -37,7 +38,7 @@ class ParsedUpdate:
     @property
     def has_motion(self) -> bool:
         """Whether anything is said of the ship's position or motion."""
-        return not _MOTION.isdisjoint(self.fields)
+        return not {"latitude_deg", *MOTION_FIELDS}.isdisjoint(self.fields)
 
     def add_value(self, path: str, value: Any) -> None:
         """Take the value of a path."""
@@ -149,7 +150,6 @@ _CLEARED = {
     "navigation.rateOfTurn": "rate_of_turn_rad_s",
     "steering.rudderAngle": "rudder_rad",
 }
-_MOTION = frozenset(("latitude_deg", *_CLEARED.values()))
 _READERS: dict[str, Callable[[Any], Fields]] = {
     "name": _name,
     "mmsi": _mmsi,

@@ -7,6 +7,11 @@ from typing import TypeAlias
 import numpy as np
 from jaxtyping import Float64, Int64
 
+from glasshelm.ais.reports import Report
+
+#: Names are cut to so many characters (AIS has 20).
+MAX_NAME_LENGTH = 64
+
 #: The number under which a file's own ship without an MMSI is kept (CSV rows ``kind=own``). No file
 #: can name it: identities are 1 to 999,999,999.
 OWN_SENSORS = -1
@@ -22,6 +27,12 @@ class StaticData:
     length_m: float | None = None
     beam_m: float | None = None
     ship_type: str | None = None
+
+    @staticmethod
+    def of(r: Report) -> "StaticData":
+        """The static data of a report."""
+        name, ship_type = (text and text[:MAX_NAME_LENGTH] for text in (r.name, r.ship_type))
+        return StaticData(name, r.length_m, r.beam_m, ship_type)
 
     def updated_by(self, later: "StaticData") -> "StaticData":
         """These data, overruled by those of a later report."""

@@ -19,7 +19,8 @@ from glasshelm.ais.cleaning import (
 )
 from glasshelm.ais.geodesy import offset_m
 from glasshelm.ais.limits import MAX_SPEED_KN, UNDER_WAY_KN
-from glasshelm.ais.reports import RejectReason, Report
+from glasshelm.ais.reports import MOTION_FIELDS, RejectReason, Report
+from glasshelm.ais.table import StaticData
 from glasshelm.ship.nomoto import KNOT_M_S
 
 #: No ship turns faster: the highest rate of an AIS report, 708°/min ...
@@ -32,8 +33,6 @@ TOGETHER_S = 60.0
 OFF_TRACK_S = 200.0
 #: Below this speed [m/s] the course over ground is noise, and the heading is used.
 DRIFTING_M_S = 0.5
-#: Names are cut to so many characters (AIS has 20).
-MAX_NAME_LENGTH = 64
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -88,31 +87,22 @@ class Vessel:
         self.id = number
         #: The MMSI that another ship uses too, which was received first.
         self.shares_id_of = shares_id_of
-        self.name: str | None = None
-        self.length_m: float | None = None
-        self.beam_m: float | None = None
-        self.ship_type: str | None = None
+        self.static = StaticData()
         self.fix: Fix | None = None
-        self.heading: Timed | None = None
-        self.rate_of_turn: Timed | None = None
-        self.rudder: Timed | None = None
+        #: The latest value of each field of the motion (``reports.MOTION_FIELDS``).
+        self.motion: dict[str, Timed] = {}
         #: When anything at all was last received [s since 1970].
         self.last_heard_s = -math.inf
         self.proximity = Proximity()
         #: Where another ship with the same number is, received in turn with this one.
         self.twin_fix: Fix | None = None
-        self._course: Timed | None = None
-        self._speed: Timed | None = None
         self._waiting: list[Fix] = []
         self._n_on_track = 0
         self._earlier: deque[Fix] = deque(maxlen=2)
 
     def update_static(self, r: Report, time_s: float) -> None:
         """Take the static data of a report."""
-        self.name = r.name[:MAX_NAME_LENGTH] if r.name else self.name
-        self.ship_type = r.ship_type[:MAX_NAME_LENGTH] if r.ship_type else self.ship_type
-        self.length_m = r.length_m or self.length_m
-        self.beam_m = r.beam_m or self.beam_m
+        self.static = self.static.updated_by(StaticData.of(r))
         self.last_heard_s = max(self.last_heard_s, time_s)
 
     def update(self, r: Report, time_s: float) -> RejectReason | None:
@@ -122,23 +112,18 @@ class Vessel:
             rejected = self._move(fix)
             if rejected is not None:
                 return rejected
-        self._course = _newer(self._course, r.course_rad, time_s)
-        self._speed = _newer(self._speed, r.speed_m_s, time_s)
-        self.heading = _newer(self.heading, r.heading_rad, time_s)
-        self.rate_of_turn = _newer(self.rate_of_turn, r.rate_of_turn_rad_s, time_s)
-        self.rudder = _newer(self.rudder, r.rudder_rad, time_s)
+        for name in MOTION_FIELDS:
+            value, known = getattr(r, name), self.motion.get(name)
+            if value is not None and (known is None or time_s >= known.time_s):
+                self.motion[name] = Timed(value, time_s)
         self.last_heard_s = max(self.last_heard_s, time_s)
         return None
 
     def merge(self, other: "Vessel") -> None:
         """Take over what is known of a ship that turned out to be this one."""
-        self.name = self.name or other.name
-        self.ship_type = self.ship_type or other.ship_type
-        self.length_m = self.length_m or other.length_m
-        self.beam_m = self.beam_m or other.beam_m
+        self.static = other.static.updated_by(self.static)
         if other.fix is not None and (self.fix is None or other.fix.time_s > self.fix.time_s):
-            self.fix, self._course, self._speed = other.fix, other._course, other._speed
-            self.heading = other.heading
+            self.fix, self.motion = other.fix, other.motion
             self.last_heard_s = max(self.last_heard_s, other.last_heard_s)
 
     def course_speed(self) -> CourseSpeed | None:
@@ -160,16 +145,17 @@ class Vessel:
         )
         east, north = (0.0, 0.0) if before is None else offset_between(before, fix)
         distance = math.hypot(east, north)
-        if before is not None and not _belongs_to(self._speed, fix):
-            speed = distance / (fix.time_s - before.time_s)
-        elif self._speed is not None:
-            speed = self._speed.value
+        course, speed = self.motion.get("course_rad"), self.motion.get("speed_m_s")
+        if before is not None and not _belongs_to(speed, fix):
+            speed_m_s = distance / (fix.time_s - before.time_s)
+        elif speed is not None:
+            speed_m_s = speed.value
         else:
             return None
-        if distance >= MIN_DISTANCE_M and not _belongs_to(self._course, fix):
-            return CourseSpeed(math.atan2(east, north) % math.tau, speed)
-        reported = self._course or self.heading
-        return CourseSpeed(None if reported is None else reported.value, speed)
+        if distance >= MIN_DISTANCE_M and not _belongs_to(course, fix):
+            return CourseSpeed(math.atan2(east, north) % math.tau, speed_m_s)
+        reported = course or self.motion.get("heading_rad")
+        return CourseSpeed(None if reported is None else reported.value, speed_m_s)
 
     def clear_fields(self, names: Sequence[str]) -> None:
         """Note which values are no longer available.
@@ -177,17 +163,9 @@ class Vessel:
         A speed or a course goes on, until positions tell another.
         """
         for name in names:
-            match name:
-                case "heading_rad":
-                    self.heading = None
-                case "rate_of_turn_rad_s":
-                    self.rate_of_turn = None
-                case "rudder_rad":
-                    self.rudder = None
-                case "course_rad" if self._course is not None:
-                    self._course = Timed(self._course.value, -math.inf)
-                case "speed_m_s" if self._speed is not None:
-                    self._speed = Timed(self._speed.value, -math.inf)
+            value = self.motion.pop(name, None)
+            if value is not None and name in ("course_rad", "speed_m_s"):
+                self.motion[name] = Timed(value.value, -math.inf)
 
     def _move(self, fix: Fix) -> RejectReason | None:
         """Move the ship to a new position if it can be there.
@@ -266,10 +244,3 @@ def _content(fix: Fix) -> tuple[float | None, ...]:
 
 def _belongs_to(value: Timed | None, fix: Fix) -> bool:
     return value is not None and abs(value.time_s - fix.time_s) <= TOGETHER_S
-
-
-def _newer(known: Timed | None, value: float | None, time_s: float) -> Timed | None:
-    """The newer of two values."""
-    if value is None or (known is not None and time_s < known.time_s):
-        return known
-    return Timed(value, time_s)

@@ -58,8 +58,8 @@ def own_position(
     Where neither is known, it is shown heading north.
     """
     course = motion.course_rad or 0.0
-    if motion.speed_m_s < DRIFTING_M_S and own.heading is not None:
-        course = own.heading.value
+    if motion.speed_m_s < DRIFTING_M_S and "heading_rad" in own.motion:
+        course = own.motion["heading_rad"].value
     east, north = to_plane(fix, plane)
     place = (np.array([x]) for x in (fix.latitude_deg, fix.longitude_deg, course))
     plane_course = float(plane.course(*place)[0])
@@ -69,8 +69,8 @@ def own_position(
         east + run * math.sin(plane_course),
         north + run * math.cos(plane_course),
         plane_course,
-        _if_valid(own.rate_of_turn, now_s) or 0.0,
-        _if_valid(own.rudder, now_s),
+        _if_valid(own.motion.get("rate_of_turn_rad_s"), now_s) or 0.0,
+        _if_valid(own.motion.get("rudder_rad"), now_s),
         motion.speed_m_s,
         age,
     )
@@ -113,8 +113,8 @@ def target_tracks(
 
 def with_own_dimensions(ship: ShipParams, own: Vessel, speed_m_s: float) -> ShipParams:
     """The ship with the current speed (an array) and, where known, own ship's length and beam."""
-    loa = own.length_m or float(ship.loa_m)
-    beam = own.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
+    loa = own.static.length_m or float(ship.loa_m)
+    beam = own.static.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
     speed = jnp.asarray(speed_m_s, jnp.float32)
     return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
 
@@ -124,7 +124,7 @@ def target_info(vessel: Vessel | None) -> TargetInfo:
     if vessel is None:
         return TargetInfo("", "empty slot")
     number = vessel.shares_id_of or vessel.id
-    name = vessel.name or (station_label(number) if is_number(number) else number)
+    name = vessel.static.name or (station_label(number) if is_number(number) else number)
     if vessel.shares_id_of:
         name = f"{name} (second)"
-    return TargetInfo(vessel.id, name, vessel.length_m, vessel.ship_type)
+    return TargetInfo(vessel.id, name, vessel.static.length_m, vessel.static.ship_type)

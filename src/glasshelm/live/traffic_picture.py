@@ -10,7 +10,7 @@ import numpy as np
 from glasshelm.ais.limits import LOST_AFTER_S, is_plausible, is_vessel_mmsi
 from glasshelm.ais.mmsi import is_number
 from glasshelm.ais.own_echo import OwnIdentities, compare_with_own, is_echo
-from glasshelm.ais.reports import Counts, RejectReason, Report
+from glasshelm.ais.reports import MOTION_FIELDS, Counts, RejectReason, Report
 from glasshelm.ais.timestamps import as_utc, format_duration, from_epoch
 from glasshelm.ais.traffic_time import BACKWARD_S, TOLERANCE_S, TrafficTime
 from glasshelm.ais.vessel import Vessel
@@ -264,7 +264,7 @@ class TrafficPicture:
 
     def _own_name(self) -> str:
         mmsi = self._identities.mmsi
-        return self._own.name or ("own ship" if mmsi is None else f"MMSI {mmsi}")
+        return self._own.static.name or ("own ship" if mmsi is None else f"MMSI {mmsi}")
 
     def _notes(self, own: OwnPosition, now_s: float) -> tuple[str, ...]:
         notes = []
@@ -279,7 +279,7 @@ class TrafficPicture:
         motion = self._own.course_speed()
         if motion is not None and motion.course_rad is None:
             notes.append("own ship's heading is not known: she is shown heading north")
-        if self._own.length_m is None:
+        if self._own.static.length_m is None:
             notes.append("own ship's length is not told: that of the chosen ship is assumed")
         if self._jump is not None and now_s - self._jump[1] <= JUMP_NOTED_S:
             notes.append(self._jump[0])
@@ -300,5 +300,4 @@ def _seconds(when: datetime) -> float:
 
 
 def _has_motion(r: Report) -> bool:
-    motion = (r.course_rad, r.speed_m_s, r.heading_rad, r.rate_of_turn_rad_s, r.rudder_rad)
-    return any(value is not None for value in motion)
+    return any(getattr(r, name) is not None for name in MOTION_FIELDS)
