@@ -45,16 +45,6 @@ def _rmc(f: Texts) -> Fields:
     }
 
 
-def _gll(f: Texts) -> Fields:
-    """lat, N/S, lon, E/W, time, status"""
-    return _position(f[0:4]) if f[5] == "A" else {}
-
-
-def _gga(f: Texts) -> Fields:
-    """time, lat, N/S, lon, E/W, quality"""
-    return {} if f[5] in ("", "0", "6", "7", "8") else _position(f[1:5])
-
-
 def _vtg(f: Texts) -> Fields:
     """course [°], T, magnetic, M, speed [kn], N, speed [km/h], K"""
     speed = _scaled(f[4], KNOT_M_S)
@@ -62,11 +52,6 @@ def _vtg(f: Texts) -> Fields:
         "course_rad": _angle(f[0]),
         "speed_m_s": _scaled(f[6], 1 / 3.6) if speed is None and len(f) > 6 else speed,
     }
-
-
-def _hdt(f: Texts) -> Fields:
-    """heading [°], T"""
-    return {"heading_rad": _angle(f[0])}
 
 
 def _hdg(f: Texts) -> Fields:
@@ -79,21 +64,6 @@ def _hdg(f: Texts) -> Fields:
     return {"heading_rad": math.radians((heading + deviation + variation * east[f[4]]) % 360.0)}
 
 
-def _ths(f: Texts) -> Fields:
-    """heading [°], mode (A: autonomous)"""
-    return {"heading_rad": _angle(f[0])} if f[1] == "A" else {}
-
-
-def _rot(f: Texts) -> Fields:
-    """rate of turn [°/min, + starboard], status"""
-    return {"rate_of_turn_rad_s": _scaled(f[0], math.pi / 180 / 60)} if f[1] == "A" else {}
-
-
-def _rsa(f: Texts) -> Fields:
-    """starboard or single rudder [°, + starboard], status, port rudder, status"""
-    return {"rudder_rad": _scaled(f[0], math.pi / 180)} if f[1] == "A" else {}
-
-
 def _rmb(f: Texts) -> Fields:
     """status, off track [NM], side, from, to, lat, N/S, lon, E/W of the next waypoint, …, mode"""
     if len(f) > 13 and f[13] in _NO_MODES:
@@ -104,16 +74,28 @@ def _rmb(f: Texts) -> Fields:
     return {f"waypoint_{name}": value for name, value in waypoint.items()}
 
 
+def _heading(f: Texts) -> Fields:
+    return {"heading_rad": _angle(f[0])}
+
+
 _PARSERS: dict[str, Callable[[Texts], Fields]] = {
+    # lat, N/S, lon, E/W, time, status
+    "GLL": lambda f: _position(f[0:4]) if f[5] == "A" else {},
+    # time, lat, N/S, lon, E/W, quality
+    "GGA": lambda f: {} if f[5] in ("", "0", "6", "7", "8") else _position(f[1:5]),
     "RMC": _rmc,
-    "GLL": _gll,
-    "GGA": _gga,
     "VTG": _vtg,
-    "HDT": _hdt,
+    # heading [°], T
+    "HDT": _heading,
+    # heading [°], mode (A: autonomous)
+    "THS": lambda f: _heading(f) if f[1] == "A" else {},
     "HDG": _hdg,
-    "THS": _ths,
-    "ROT": _rot,
-    "RSA": _rsa,
+    # rate of turn [°/min, + starboard], status
+    "ROT": lambda f: (
+        {"rate_of_turn_rad_s": _scaled(f[0], math.pi / 180 / 60)} if f[1] == "A" else {}
+    ),
+    # starboard or single rudder [°, + starboard], status, port rudder, status
+    "RSA": lambda f: {"rudder_rad": _scaled(f[0], math.pi / 180)} if f[1] == "A" else {},
     "RMB": _rmb,
 }
 

@@ -22,7 +22,7 @@ from glasshelm.encounters.recording_window import (
     read_excerpt,
 )
 from glasshelm.encounters.tracks import TrackColumns, single_track, stack_tracks
-from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
+from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, with_dimensions
 from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState
 
 #: A ship that never gets farther than this from its start goes nowhere.
@@ -205,8 +205,6 @@ def _with_recorded_motion(
     loa = settings.loa_m or known.length_m
     if loa is None:
         notes.append(f"own ship's length is not recorded: {float(ship.loa_m):.0f} m assumed")
-        loa = float(ship.loa_m)
-    beam = known.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
     legs_s = np.diff(np.clip(own_legs.start_s, 0.0, None), append=duration_s)
     fastest = own_legs.speed_m_s[legs_s > 0].max(initial=0.0)
     under_way = own_legs.speed_m_s >= min(UNDER_WAY_KN * KNOT_M_S, 0.5 * fastest)
@@ -218,7 +216,7 @@ def _with_recorded_motion(
             f"own ship stops or drifts for {stopped_min:.0f} of {duration_s / 60:.0f} min: "
             f"her speed is the mean of the rest, {speed / KNOT_M_S:.1f} kn"
         )
-    return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
+    return with_dimensions(ship, loa, known.beam_m, speed)
 
 
 def _waypoint(

@@ -123,6 +123,18 @@ def _set(info: TargetInfo | Scenario, **fields: object) -> None:
         object.__setattr__(info, name, value)
 
 
+def with_dimensions(
+    ship: ShipParams,
+    length_m: float | None,
+    beam_m: float | None,
+    speed_m_s: float | Float[Array, ""],
+) -> ShipParams:
+    """A ship with another speed and, where known, length and beam; the beam scales with length."""
+    loa = length_m or float(ship.loa_m)
+    beam = beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
+    return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed_m_s)
+
+
 def straight_track(
     east_m: Float[Array, "*n"],
     north_m: Float[Array, "*n"],

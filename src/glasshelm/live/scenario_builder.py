@@ -12,7 +12,7 @@ from glasshelm.ais.vessel import DRIFTING_M_S, CourseSpeed, Fix, Timed, Vessel
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.tracks import TrackColumns, single_track
 from glasshelm.encounters.types import TargetInfo, Track
-from glasshelm.ship.nomoto import ShipParams, ShipState
+from glasshelm.ship.nomoto import ShipState
 
 #: A rate of turn or a rudder angle older than this [s] is no longer valid.
 SENSOR_HOLDS_S = 10.0
@@ -109,14 +109,6 @@ def target_tracks(
         speed[slots] = [0.0 if m.course_rad is None else m.speed_m_s for _, _, m in known]
     columns = (start, end, east, north, direction, speed)
     return Track(*(jnp.asarray(x[:, None], jnp.float32) for x in columns))
-
-
-def with_own_dimensions(ship: ShipParams, own: Vessel, speed_m_s: float) -> ShipParams:
-    """The ship with the current speed (an array) and, where known, own ship's length and beam."""
-    loa = own.static.length_m or float(ship.loa_m)
-    beam = own.static.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
-    speed = jnp.asarray(speed_m_s, jnp.float32)
-    return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
 
 
 def target_info(vessel: Vessel | None) -> TargetInfo:

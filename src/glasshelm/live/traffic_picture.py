@@ -16,14 +16,13 @@ from glasshelm.ais.traffic_time import BACKWARD_S, TOLERANCE_S, TrafficTime
 from glasshelm.ais.vessel import Vessel
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.projection import LocalProjection
-from glasshelm.encounters.types import Encounter, Scenario
+from glasshelm.encounters.types import Encounter, Scenario, with_dimensions
 from glasshelm.live.scenario_builder import (
     OwnPosition,
     own_position,
     target_info,
     target_tracks,
     to_plane,
-    with_own_dimensions,
 )
 from glasshelm.live.slot_allocator import SlotAllocator
 from glasshelm.live.vessel_store import MAX_SHIPS, VesselStore
@@ -135,7 +134,7 @@ class TrafficPicture:
         east, north = self._waypoints.waypoint(
             self._plane, own.east_m, own.north_m, own.course_rad, now_s
         )
-        name = self._own_name()
+        name, static = self._own_name(), self._own.static
         return Scenario(
             source=self._title,
             title=f"{name} in live traffic",
@@ -146,7 +145,9 @@ class TrafficPicture:
                 jnp.asarray(np.array([v is not None for v in vessels], bool)),
             ),
             targets=tuple(target_info(vessel) for vessel in vessels),
-            ship=with_own_dimensions(ship, self._own, own.speed_m_s),
+            ship=with_dimensions(
+                ship, static.length_m, static.beam_m, jnp.asarray(own.speed_m_s, jnp.float32)
+            ),
             duration_s=self._lost_after_s,
             own_name=name,
             own_track=own.track(self._lost_after_s),
