@@ -8,7 +8,7 @@ import pytest
 
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.ship_batch import Packed
-from glasshelm.planning.course_planner import CourseSettings, rudder_to
+from glasshelm.planning.course_planner import CourseSettings, rudder_towards
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.analytic_policy_gradient import AnalyticSettings, draw_batch, sail
 from glasshelm.training.dagger import (
@@ -65,7 +65,7 @@ def test_the_actor_sails_but_the_teacher_labels():
     alone, together = taught(jnp.zeros(())), taught(jnp.ones(()))
     np.testing.assert_allclose(alone.rudder[0], together.rudder[0])
     assert not np.allclose(alone.observation.waypoint[-1], together.observation.waypoint[-1])
-    straight = jax.vmap(lambda s: rudder_to(jnp.zeros(()), s, SHIP))(
+    straight = jax.vmap(lambda s: rudder_towards(jnp.zeros(()), s, SHIP))(
         jax.tree.map(lambda x: x[-1], together.observation)
     )
     empty = ~BATCH.present.any(-1)  # nobody there: the teacher steers for the waypoint

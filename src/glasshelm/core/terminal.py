@@ -33,7 +33,7 @@ class Terminal(Console):
         self.print(text, soft_wrap=True)
 
 
-class Words(TextColumn):
+class TaskDescription(TextColumn):
     """What a task of a progress bar is doing."""
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Words(TextColumn):
 
 def progress(console: Console) -> Progress:
     """A bar that goes when its work is done."""
-    columns = Words(), BarColumn(), TaskProgressColumn(), TimeLeft()
+    columns = TaskDescription(), BarColumn(), TaskProgressColumn(), TimeLeft()
     return Progress(*columns, console=console, transient=True)
 
 

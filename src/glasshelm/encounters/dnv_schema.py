@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm.ais.files import read_document
-from glasshelm.core.errors import NOT_JSON, InputError
+from glasshelm.core.errors import DECODE_ERRORS, InputError
 
 SCHEMA_VERSION = "0.2.0"
 #: DNV's own reader refuses a file that does not name the version of its generator.
@@ -126,7 +126,7 @@ def read_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: not a DNV traffic situation: nested too deep") from None
-    except NOT_JSON as error:
+    except DECODE_ERRORS as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
     if situation.target_ships is None and situation.target_ship is None:
         raise InputError(

@@ -92,8 +92,8 @@ class Plan(eqx.Module):
 
     offset_rad: Float[Array, "*b"]
     values: Float[Array, "*b c"]
-    offsets_rad: Float[Array, "*b c"]
-    begins_s: Float[Array, "*b c"]
+    first_offsets_rad: Float[Array, "*b c"]
+    first_durations_s: Float[Array, "*b c"]
 
 
 class Situation(eqx.Module):
@@ -263,7 +263,7 @@ def _meet(
     return ManoeuvreCost(bearing, met.value + steps * reward, worst, nearest)
 
 
-def rudder_to(
+def rudder_towards(
     offset_rad: Float[Array, ""], observation: Observation, ship: ShipParams
 ) -> Float[Array, ""]:
     """The rudder, as a fraction of the limit, that steers a course off the waypoint's bearing."""
@@ -272,7 +272,7 @@ def rudder_to(
     return autopilot_for(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
 
 
-def agreeing(
+def consistent_plan(
     plan: Plan,
     rudder: Float[Array, ""],
     observation: Observation,
@@ -290,12 +290,12 @@ def agreeing(
     values = jnp.where(alike & _lasts(plan), plan.values, -jnp.inf)
     near = jnp.argmax(values)
     offset = jnp.where(
-        values[near] >= plan.values.max() - tolerance, plan.offsets_rad[near], plan.offset_rad
+        values[near] >= plan.values.max() - tolerance, plan.first_offsets_rad[near], plan.offset_rad
     )
     return dataclasses.replace(plan, offset_rad=offset)
 
 
-def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, ""]:
+def action_gap(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 
     Another by half of the limit or more, for 200 s or more: what lasts a moment can be
@@ -304,7 +304,7 @@ def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Arra
     there is no other.
     """
     rudders = _rudders(plan, observation, ship)
-    first = rudder_to(plan.offset_rad, observation, ship)
+    first = rudder_towards(plan.offset_rad, observation, ship)
     best, lasts = plan.values.max(), _lasts(plan)
 
     def lost(those: Bool[Array, " c"]) -> Float[Array, ""]:
@@ -317,8 +317,10 @@ def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Arra
 
 def _rudders(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, " c"]:
     """What each manoeuvre begins with, as a fraction of the limit."""
-    return jax.vmap(lambda offset: rudder_to(offset, observation, ship))(plan.offsets_rad)
+    return jax.vmap(lambda offset: rudder_towards(offset, observation, ship))(
+        plan.first_offsets_rad
+    )
 
 
 def _lasts(plan: Plan) -> Bool[Array, " c"]:
-    return (plan.begins_s == 0.0) | (plan.begins_s >= _LASTS_S)
+    return (plan.first_durations_s == 0.0) | (plan.first_durations_s >= _LASTS_S)

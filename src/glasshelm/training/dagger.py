@@ -31,10 +31,10 @@ from glasshelm.networks.actors import Actor
 from glasshelm.networks.ship_batch import Packed
 from glasshelm.planning.course_planner import (
     CourseSettings,
-    agreeing,
+    action_gap,
+    consistent_plan,
     plan_course,
-    rudder_to,
-    stakes,
+    rudder_towards,
 )
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.analytic_policy_gradient import AnalyticSettings, draw_batch, sail
@@ -167,18 +167,18 @@ def teach(
 
     def stretch(state: EnvState, key: PRNGKeyArray):
         plan = jax.vmap(lambda s: plan_course(s, ship, settings.teacher))(state.observation)
-        at_stake = jax.vmap(lambda p, s: stakes(p, s, ship))(plan, state.observation)
+        at_stake = jax.vmap(lambda p, s: action_gap(p, s, ship))(plan, state.observation)
         weight = (at_stake + 0.1 * settings.stakes_scale) / (at_stake + settings.stakes_scale)
         if settings.tolerance:
             own = actor(state.observation, fleet)
-            plan = jax.vmap(lambda p, a, s: agreeing(p, a, s, ship, settings.tolerance))(
+            plan = jax.vmap(lambda p, a, s: consistent_plan(p, a, s, ship, settings.tolerance))(
                 plan, own, state.observation
             )
         steers = jax.random.bernoulli(key, share, (worlds,))
 
         def decide(state: EnvState, _: None):
             observation = state.observation
-            label = jax.vmap(lambda o, s: rudder_to(o, s, ship))(plan.offset_rad, observation)
+            label = jax.vmap(lambda o, s: rudder_towards(o, s, ship))(plan.offset_rad, observation)
             action = jnp.where(steers, actor(observation, fleet), label)
             return jax.vmap(hold)(batch, state, action), Lessons(observation, label, weight)
 

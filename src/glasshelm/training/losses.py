@@ -13,14 +13,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import Observation
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.networks.ship_batch import ShipBatch
 from glasshelm.training.replay_buffer import Batch
 
 Tree = TypeVar("Tree")
 #: Anything that steers as :class:`SumActor` does, and values as :class:`SubTaskCritic` does.
 ActorOf = Callable[[Observation, ShipBatch], Float[Array, "*b"]]
-CriticOf = Callable[[Observation, Float[Array, "*b"], ShipBatch], Values]
+CriticOf = Callable[[Observation, Float[Array, "*b"], ShipBatch], QValues]
 #: ``sum``: one TD error of the total (the paper); ``heads``: one a head.
 CriticTraining = Literal["sum", "heads"]
 #: Whose return a critic learns: ``pilot``, who steers as she should from the next step on (the
@@ -49,7 +49,7 @@ def td_target(
     discount: float,
     fleet: ShipBatch,
     follows: Follows = "pilot",
-) -> Values:
+) -> QValues:
     """y_k = r_k + γ·Q'_k(s', π'(s')), head by head, with the joint target actor (Eq. 2).
 
     With ``lapses`` the next action is the one that was taken. Nothing follows a
@@ -60,7 +60,7 @@ def td_target(
     after = critic(batch.following, action, fleet)
     goes_on = discount * (1.0 - batch.terminated)
     return jax.lax.stop_gradient(
-        Values(
+        QValues(
             batch.reward.waypoint + goes_on * after.waypoint,
             batch.reward.by_ship + goes_on[:, None] * after.by_ship,
         )
@@ -68,7 +68,7 @@ def td_target(
 
 
 def critic_loss(
-    critic: CriticOf, target: Values, batch: Batch, training: CriticTraining, fleet: ShipBatch
+    critic: CriticOf, target: QValues, batch: Batch, training: CriticTraining, fleet: ShipBatch
 ) -> Float[Array, ""]:
     """Mean squared TD error (Eq. 2): of the total, or summed over the heads."""
     value = critic(batch.observation, batch.action, fleet)

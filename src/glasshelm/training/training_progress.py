@@ -11,7 +11,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from glasshelm.core.terminal import Terminal, Words
+from glasshelm.core.terminal import TaskDescription, Terminal
 
 
 class Display:
@@ -20,7 +20,7 @@ class Display:
     def __init__(self, console: Terminal):
         self.console = console
         self._bar = Progress(
-            Words(),
+            TaskDescription(),
             BarColumn(bar_width=24),
             MofNCompleteColumn(),
             TextColumn("{task.fields[figures]}"),
