@@ -4,7 +4,7 @@
 
 Times ``pilot.decide(observation)`` as a user calls it: checks, padding, actor,
 values, priorities, attention, intention, sweep over 21 rudders, Shapley values, result
-ready. Then the Shapley values alone, with all pairs' interactions (``ship_shares``).
+ready. Then the Shapley values alone, with all pairs' interactions (``shapley_by_ship``).
 Without a pilot the networks have the paper's sizes (Tables A.1-A.5, attention
 actor) and random weights, which cost the same. Prints rows of a Markdown table.
 """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
 from glasshelm.evaluation.rollout import sail
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
@@ -22,7 +22,6 @@ from glasshelm.planning.cross_entropy_search import (
     rollout,
 )
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.vector_env import draw_encounters
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
@@ -32,7 +31,7 @@ SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
 def known() -> KnownEncounter:
     settings = RandomEncounters(targets=(2, 2))
     return KnownEncounter.still(
-        draw_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS
+        random_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS
     )
 
 

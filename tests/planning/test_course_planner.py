@@ -88,9 +88,11 @@ def test_between_two_ways_out_the_middle_is_what_costs():
     observation = reset(imazu_scenario("19", paper).encounter, paper).observation
     found = plan(observation, paper)
     first = float(rudder_towards(found.offset_rad, observation, paper))
-    rudders = np.array([float(rudder_towards(o, observation, paper)) for o in found.offsets_rad])
+    rudders = np.array(
+        [float(rudder_towards(o, observation, paper)) for o in found.first_offsets_rad]
+    )
     values = np.asarray(found.values)
-    lasts = (found.begins_s == 0.0) | (found.begins_s >= 200.0)
+    lasts = (found.first_durations_s == 0.0) | (found.first_durations_s >= 200.0)
     across = values[lasts & (rudders * np.sign(first) < -0.5)].max()
     middle = values[lasts & (np.abs(rudders) < 0.25)].max()
     assert abs(first) > 0.5
@@ -112,8 +114,10 @@ def test_she_agrees_with_either_way_out_but_not_with_the_middle():
         return float(rudder_towards(agreed.offset_rad, observation, paper))
 
     other = -np.sign(best)
-    rudders = np.array([float(rudder_towards(o, observation, paper)) for o in found.offsets_rad])
-    lasts = (found.begins_s == 0.0) | (found.begins_s >= 200.0)
+    rudders = np.array(
+        [float(rudder_towards(o, observation, paper)) for o in found.first_offsets_rad]
+    )
+    lasts = (found.first_durations_s == 0.0) | (found.first_durations_s >= 200.0)
     there = np.asarray(found.values)[lasts & (np.abs(rudders - other) <= 0.5)].max()
     lost = float(found.values.max()) - float(there)
     assert told(-other, 5.0) == best

@@ -28,7 +28,7 @@ def printable_lines(text: str) -> str:
 
 
 def safe_name(text: str) -> str:
-    """A name from outside: :func:`printable`, and no longer than :data:`LONGEST_NAME`."""
+    """A name from outside: :func:`printable`, and no longer than :data:`MAX_NAME_LENGTH`."""
     name = printable(text)
     return name if len(name) <= MAX_NAME_LENGTH else f"{name[: MAX_NAME_LENGTH - 1]}…"
 

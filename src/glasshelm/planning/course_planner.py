@@ -24,10 +24,10 @@ from glasshelm.ship.autopilot import Autopilot, autopilot_for
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipParams
 
-#: A beginning that is kept for so long counts as another choice (``stakes``).
+#: A beginning that is kept for so long counts as another choice (:func:`action_gap`).
 _LASTS_S = 200.0
 
-#: Rudders farther apart than this share of the limit are another choice (``stakes``).
+#: Rudders farther apart than this share of the limit are another choice (:func:`action_gap`).
 _ANOTHER = 0.5
 
 _SIDE = (10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0, 120.0)
@@ -85,9 +85,8 @@ class CourseSettings:
 class Plan(eqx.Module):
     """The best course now, and what steering otherwise would cost.
 
-    ``offset_rad`` is the course off the bearing of the waypoint. ``values``
-    holds the return of every manoeuvre, ``offsets_rad`` what it begins with, ``begins_s`` for how
-    long.
+    ``offset_rad`` is the course off the bearing of the waypoint. ``values`` holds the return of
+    every manoeuvre; each begins with ``first_offsets_rad`` for ``first_durations_s``.
     """
 
     offset_rad: Float[Array, "*b"]
@@ -282,7 +281,7 @@ def consistent_plan(
     """The plan with the best course that begins much as ``rudder`` does, if it is nearly as good.
 
     Nearly: at most ``tolerance`` (in return) worse than the best of all; much the same, as in
-    :func:`stakes`: within half of the limit, for 200 s or more. Else the plan as it is. For a
+    :func:`action_gap`: within half of the limit, for 200 s or more. Else the plan as it is. For a
     pupil between two ways out: whichever it has chosen is right, and never their mean.
     """
     rudders = _rudders(plan, observation, ship)
