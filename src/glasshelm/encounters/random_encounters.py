@@ -126,7 +126,7 @@ def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PA
     count = int(encounter.present.sum())
     kept = jax.tree.map(lambda x: x[:count], encounter.targets)
     return Scenario(
-        source=source_of(seed, settings),
+        source=source_name(seed, settings),
         title=f"Random encounter {seed}: {count} {'ship' if count == 1 else 'ships'}",
         encounter=Encounter(encounter.own, encounter.route, kept, encounter.present[:count]),
         targets=tuple(TargetInfo(str(i + 1), f"ship {i + 1}") for i in range(count)),
@@ -135,7 +135,7 @@ def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PA
     )
 
 
-def source_of(seed: int, settings: RandomEncounters = PAPER) -> str:
+def source_name(seed: int, settings: RandomEncounters = PAPER) -> str:
     """What draws an encounter again: ``random:7``, ``wide:7``, ``random:7:3`` for exactly 3 ships.
 
     Of settings that no string names, the fields in which they differ from ``PAPER``.

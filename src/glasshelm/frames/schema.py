@@ -180,7 +180,7 @@ class Frame(_Part, frozen=True):
 
     ``reward`` is of the step that led here (absent in the first frame);
     ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
-    rudder 0 (Eq. 22). ``outside`` names what lies outside the training
+    rudder 0 (Eq. 22). ``outside_training`` names what lies outside the training
     distribution, in words. ``band`` is there where it was asked for, ``guard`` with
     a guarded pilot.
     """
