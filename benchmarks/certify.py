@@ -23,7 +23,12 @@ import numpy as np
 
 from glasshelm.certify.adversarial import attacked_rudders, random_rudders
 from glasshelm.certify.measurements import RawPlots, SensorErrors, no_scene, recall
-from glasshelm.certify.rudder_band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
+from glasshelm.certify.rudder_band import (
+    DEAD_ZONE_RAD,
+    action_bounds,
+    certified_band,
+    require_sum_actor,
+)
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.step import EnvSettings, reset, step, targets_at, waypoint_of
@@ -83,7 +88,9 @@ def scenes_of(pilot: LearnedPilot, count: int) -> RawPlots:
 
 def errors_of(position_m: float, angle_deg: float, speed_kn: float) -> SensorErrors:
     """The same largest errors for own ship and targets."""
-    return SensorErrorBounds(position_m, np.radians(angle_deg), speed_kn * KNOT_M_S).of_sensors()
+    return SensorErrorBounds(
+        position_m, np.radians(angle_deg), speed_kn * KNOT_M_S
+    ).as_sensor_errors()
 
 
 @partial(jax.jit, static_argnums=4)
@@ -104,7 +111,7 @@ def found_in(actor, scenes, errors, keys, samples):
 
 def measure(pilot: LearnedPilot, cells: int, scenes: RawPlots, level, samples: int) -> str:
     """One row of the table."""
-    actor, errors, count = certifiable(pilot), errors_of(*level), scenes.present.shape[0]
+    actor, errors, count = require_sum_actor(pilot), errors_of(*level), scenes.present.shape[0]
     before = time.process_time()
     low, high = action_bounds(actor, scenes, errors, cells)
     took_ms = 1e3 * (time.process_time() - before) / count
@@ -164,6 +171,6 @@ if __name__ == "__main__":
     for name in args.pilots:
         steersman = load(name)
         drawn = scenes_of(steersman, args.scenes)
-        action_bounds(certifiable(steersman), drawn, errors_of(*LEVELS[0]))  # compiles
+        action_bounds(require_sum_actor(steersman), drawn, errors_of(*LEVELS[0]))  # compiles
         for level in LEVELS:
             print(measure(steersman, args.cells, drawn, level, args.samples), flush=True)

@@ -15,8 +15,8 @@ import jax
 import numpy as np
 
 from glasshelm.encounters.random_encounters import PAPER, random_encounter
-from glasshelm.evaluation.rollout import Measures, sail
-from glasshelm.evaluation.suites.random_suite import plain_cases
+from glasshelm.evaluation.rollout import Measures, rollout
+from glasshelm.evaluation.suites.random_suite import undisturbed_cases
 from glasshelm.pilots.clairvoyant import Clairvoyant, starting_pilots
 from glasshelm.planning.cross_entropy_search import Known, SearchSettings
 from glasshelm.ship.nomoto import SHIPS, ShipParams
@@ -35,9 +35,9 @@ AGAIN = 64
 
 def sailed(known: Known, ship: ShipParams, settings: SearchSettings, seed: int) -> Measures:
     """What an examination measures of a search's voyages."""
-    cases = dataclasses.replace(plain_cases(known.encounter, ship), steps=known.steps)
+    cases = dataclasses.replace(undisturbed_cases(known.encounter, ship), steps=known.steps)
     seer = Clairvoyant(ship, "clairvoyant", starting_pilots(ship), settings, seed)
-    return jax.device_get(sail(seer.knowing(known), cases, STEPS))
+    return jax.device_get(rollout(seer.knowing(known), cases, STEPS))
 
 
 def row(name: str, found: Measures, which: np.ndarray, ship: ShipParams, took_s: float) -> str:

@@ -6,7 +6,7 @@ from tests.untrained import write_weights
 
 from glasshelm.cli import main
 from glasshelm.faithfulness import exam_session
-from glasshelm.faithfulness.exam_runner import MEASURES, Examined, after_layers
+from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
 from glasshelm.faithfulness.explainers import explainers_for
 
 
@@ -14,9 +14,9 @@ def made_up(pilot, *_):
     """Scores of 40 scenes that nobody computed."""
     rng = np.random.default_rng(0)
     explainers = explainers_for(pilot.actor, pilot.critic)
-    measures = [*MEASURES, *(after_layers(top) for top in range(1, 7))]
+    measures = [*MEASURES, *(randomised_top(top) for top in range(1, 7))]
     told = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
-    return Examined(pilot, explainers, told, np.arange(40), np.full(40, 3), rng.uniform(size=40))
+    return ExamResult(pilot, explainers, told, np.arange(40), np.full(40, 3), rng.uniform(size=40))
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
     tmp_path, weights, asked, capsys, monkeypatch
 ):
     pilots = [weights("one"), weights("two", "sum")]
-    go_on = exam_session.examine
+    go_on = exam_session.run_exam
 
     def interrupted(pilot, *what):
         if pilot.name == "two":

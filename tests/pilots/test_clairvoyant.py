@@ -10,7 +10,7 @@ import pytest
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import RandomEncounters
-from glasshelm.evaluation.rollout import sail
+from glasshelm.evaluation.rollout import rollout
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
 from glasshelm.pilots.protocols import OraclePilot, Pilot
@@ -43,7 +43,7 @@ def in_the_world(known, rudders):
     """What an examination measures of the same rudders."""
     hull = np.full(known.encounter.present.shape, 100.0, np.float32)
     cases = Case(known.encounter, known.ship, known.steps, hull, hull)
-    return sail(Playback(jnp.asarray(rudders)), cases, STEPS)
+    return rollout(Playback(jnp.asarray(rudders)), cases, STEPS)
 
 
 def weaving():

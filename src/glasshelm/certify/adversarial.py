@@ -7,12 +7,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.certify.measurements import (
+    N_OWN_ERRORS,
     N_TARGET_ERRORS,
-    OWN,
     RawPlots,
     SensorErrors,
-    observed,
-    shifted,
+    observe_plots,
+    with_errors,
 )
 from glasshelm.networks.actors import Actor
 
@@ -21,15 +21,15 @@ def rudder_at(
     actor: Actor, scene: RawPlots, errors: SensorErrors, fractions: Float[Array, " k"]
 ) -> Float[Array, ""]:
     """The rudder with these errors, as a fraction of the limit."""
-    own, each = fractions[:OWN], fractions[OWN:].reshape(-1, N_TARGET_ERRORS)
-    return actor(observed(shifted(scene, own * errors.own(), each * errors.each())))
+    own, target = fractions[:N_OWN_ERRORS], fractions[N_OWN_ERRORS:].reshape(-1, N_TARGET_ERRORS)
+    return actor(observe_plots(with_errors(scene, own * errors.own(), target * errors.target())))
 
 
 def random_rudders(
     actor: Actor, scene: RawPlots, errors: SensorErrors, key: PRNGKeyArray, samples: int
 ) -> Float[Array, " s"]:
     """Rudders at errors drawn evenly from the box; every other one from its corners."""
-    size = OWN + N_TARGET_ERRORS * scene.present.shape[0]
+    size = N_OWN_ERRORS + N_TARGET_ERRORS * scene.present.shape[0]
     inside = jax.random.uniform(key, (samples, size), minval=-1.0, maxval=1.0)
     corners = jnp.where(inside < 0, -1.0, 1.0)
     drawn = jnp.where((jnp.arange(samples) % 2 == 0)[:, None], inside, corners)
@@ -49,7 +49,7 @@ def attacked_rudders(
     From random starts; steps along the sign of the gradient, from 0.5 of the
     largest errors down to 0.02.
     """
-    size = OWN + N_TARGET_ERRORS * scene.present.shape[0]
+    size = N_OWN_ERRORS + N_TARGET_ERRORS * scene.present.shape[0]
     begin = jax.random.uniform(key, (starts, size), minval=-1.0, maxval=1.0)
     begin = begin.at[0].set(0.0)
     sizes = jnp.geomspace(0.5, 0.02, steps)

@@ -19,12 +19,12 @@ import numpy as np
 from jaxtyping import Float
 
 from glasshelm.certify.interval_arithmetic import (
-    QUARTER,
+    QUARTER_TURN,
     Interval,
     Jet,
-    around,
-    exactly,
+    ball,
     hull,
+    point,
     polar,
     stack,
     where,
@@ -45,7 +45,7 @@ _UNITS = np.array(
 
 
 @dataclasses.dataclass(frozen=True)
-class Derivatives:
+class FeatureJacobians:
     """∂f/∂m of each frame, and of the difference of neighbouring frames (newer − older).
 
     ``frames`` [..., 5, f, 6]; ``steps`` [..., 4, f, 6] is anything where a kink lies on the
@@ -67,23 +67,23 @@ class _Stretches:
     ``way`` is the whole Δm of the path that a part belongs to, 0 for a frame.
     """
 
-    middle: Float[np.ndarray, "*b stretch 6"]
+    midpoint: Float[np.ndarray, "*b stretch 6"]
     radius: Float[np.ndarray, "*b stretch 6"]
     way: Float[np.ndarray, "*b stretch 6"]
 
     def number(self, i: int) -> Jet:
-        return Jet(around(self.middle[..., i], self.radius[..., i]), exactly(self.way[..., i]))
+        return Jet(ball(self.midpoint[..., i], self.radius[..., i]), point(self.way[..., i]))
 
 
 def _stretches(m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]) -> _Stretches:
     way = m[..., :-1, :] - m[..., 1:, :]
     way = np.where(_ANGLES, (way + np.pi) % (2 * np.pi) - np.pi, way)
     share = ((np.arange(PARTS) + 0.5) / PARTS)[:, None]
-    middle = m[..., 1:, None, :] + share * way[..., None, :]
-    middle = middle.reshape(*m.shape[:-2], -1, 6)
+    midpoint = m[..., 1:, None, :] + share * way[..., None, :]
+    midpoint = midpoint.reshape(*m.shape[:-2], -1, 6)
     way = np.repeat(way, PARTS, -2)
     radius = np.abs(way) / (2 * PARTS) * (1 + 1e-9) + box[..., None, :]
-    whole = np.concatenate([m, middle], -2)
+    whole = np.concatenate([m, midpoint], -2)
     boxes = np.broadcast_to(box[..., None, :], (*radius.shape[:-2], FRAMES, 6))
     whole, still = np.broadcast_arrays(whole, np.zeros(6))
     way = np.concatenate([still[..., :FRAMES, :], way], -2)
@@ -94,16 +94,16 @@ class _Place:
     """A point (east, north) in polar coordinates."""
 
     def __init__(self, at: _Stretches):
-        east, north = at.middle[..., 0], at.middle[..., 1]
+        east, north = at.midpoint[..., 0], at.midpoint[..., 1]
         self.at, centre = at, np.arctan2(east, north)
         ahead, aside = self.spread(centre)
         range_m = np.hypot(east, north)
-        length, turn = polar(around(range_m, ahead), around(np.zeros_like(range_m), aside))
+        length, turn = polar(ball(range_m, ahead), ball(np.zeros_like(range_m), aside))
         bearing = turn + centre
         self.speed = np.hypot(at.way[..., 0], at.way[..., 1])
         self.track = np.arctan2(at.way[..., 0], at.way[..., 1])
         self.range = Jet(length, self.going(bearing))
-        self.bearing = Jet(bearing, self.going(bearing + QUARTER) / length)
+        self.bearing = Jet(bearing, self.going(bearing + QUARTER_TURN) / length)
 
     def spread(self, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far it may be off, along a direction and across."""
@@ -146,30 +146,30 @@ def _total(parts: list[Interval], way: np.ndarray) -> Interval:
 
 def _velocity(at: _Stretches, numbers: list[Jet]) -> tuple[Jet, Jet]:
     """Size and direction of the relative velocity."""
-    h, own, c, s = (at.middle[..., i] for i in range(2, 6))
+    h, own, c, s = (at.midpoint[..., i] for i in range(2, 6))
     east, north = s * np.sin(c) - own * np.sin(h), s * np.cos(c) - own * np.cos(h)
     centre = np.arctan2(east, north)
     size, turn = polar(*_towards(numbers, centre))
     direction, values = turn + centre, [jet.value for jet in numbers]
     way = at.way[..., 2:]
     faster = _total(_sway(values, direction), way)
-    turning = _total(_sway(values, direction + QUARTER), way) / size
+    turning = _total(_sway(values, direction + QUARTER_TURN), way) / size
     return Jet(size, faster), Jet(direction, turning)
 
 
 def _later(at: _Stretches, place: _Place, numbers: list[Jet], time: np.ndarray) -> tuple[Jet, Jet]:
     """Distance and direction of where the target will be after ``time``."""
-    h, own, c, s = (at.middle[..., i] for i in range(2, 6))
-    east = at.middle[..., 0] + time * (s * np.sin(c) - own * np.sin(h))
-    north = at.middle[..., 1] + time * (s * np.cos(c) - own * np.cos(h))
+    h, own, c, s = (at.midpoint[..., i] for i in range(2, 6))
+    east = at.midpoint[..., 0] + time * (s * np.sin(c) - own * np.sin(h))
+    north = at.midpoint[..., 1] + time * (s * np.cos(c) - own * np.cos(h))
     centre = np.arctan2(east, north)
-    off = at.middle[..., :2]
+    off = at.midpoint[..., :2]
     here = (
         off[..., 0] * np.sin(centre) + off[..., 1] * np.cos(centre),
         off[..., 0] * np.cos(centre) - off[..., 1] * np.sin(centre),
     )
     both = [
-        around(x, spread + 1e-9 * (1 + np.abs(x))) + moved * time
+        ball(x, spread + 1e-9 * (1 + np.abs(x))) + moved * time
         for x, spread, moved in zip(
             here, place.spread(centre), _towards(numbers, centre), strict=True
         )
@@ -182,13 +182,13 @@ def _later(at: _Stretches, place: _Place, numbers: list[Jet], time: np.ndarray) 
 
     return (
         Jet(length, going(direction)),
-        Jet(direction, going(direction + QUARTER) / length),
+        Jet(direction, going(direction + QUARTER_TURN) / length),
     )
 
 
 def _matrix(rows: list[list[Jet | None]], like: np.ndarray) -> Jet:
     """Rows of jets as one [..., rows, 6]; None is 0."""
-    nought = exactly(np.zeros_like(like))
+    nought = point(np.zeros_like(like))
     flat = [[Jet(nought, nought) if x is None else x for x in row] for row in rows]
     return Jet(
         stack([stack([x.value for x in row]) for row in flat], -2),
@@ -198,10 +198,10 @@ def _matrix(rows: list[list[Jet | None]], like: np.ndarray) -> Jet:
 
 def _placed(place: _Place, h: Jet) -> tuple[list, list, list]:
     """Rows dx, dy, bearing and distance; rows of the bearing's sine and cosine; values."""
-    dx, dy = place.along(h + QUARTER), place.along(h)
+    dx, dy = place.along(h + QUARTER_TURN), place.along(h)
     sine, cosine = place.bearing.sine(), place.bearing.cosine()
     away = place.range.reciprocal()
-    none, one = None, Jet(exactly(np.ones_like(dx.value.low)), dx.rate * 0.0)
+    none, one = None, Jet(point(np.ones_like(dx.value.low)), dx.rate * 0.0)
     rows = [
         [h.cosine(), -h.sine(), -dy, none, none, none],
         [h.sine(), h.cosine(), dx, none, none, none],
@@ -217,16 +217,16 @@ def _placed(place: _Place, h: Jet) -> tuple[list, list, list]:
     return rows, circle, [dx.value, dy.value, relative.value, place.range.value]
 
 
-def target_derivatives(
+def target_jacobians(
     m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]
-) -> Derivatives:
+) -> FeatureJacobians:
     """Of Eq. 11 in all six numbers of a plot."""
     at = _stretches(m, box)
     place, numbers = _Place(at), [at.number(i) for i in range(2, 6)]
     h, own, c, s = numbers
     observation, circle, (dx, dy, bearing, range_) = _placed(place, h)
     none = None
-    minus = Jet(exactly(np.full_like(dx.low, -1.0)), dx * 0.0)
+    minus = Jet(point(np.full_like(dx.low, -1.0)), dx * 0.0)
     aspect = c - h
     to_side, to_ahead = s * aspect.sine(), s * aspect.cosine()
     moving = [
@@ -237,14 +237,14 @@ def target_derivatives(
     # The CPA on an endless course.
     size, way = _velocity(at, numbers)
     slow = size.reciprocal()
-    across = way + QUARTER
+    across = way + QUARTER_TURN
     miss, ahead = place.along(across), place.along(way)
     faster, turning = _sway(numbers, way), [x * slow for x in _sway(numbers, across)]
     off = way - h
     side, front = off.cosine(), off.sine()
     cpa_dx, cpa_dy = miss * side, -(miss * front)
     mirror = way * 2.0 - h
-    swing = -place.along(mirror), -place.along(mirror + QUARTER)
+    swing = -place.along(mirror), -place.along(mirror + QUARTER_TURN)
     east, north = across.sine(), across.cosine()
     free = [
         [side * east, side * north, *(swing[0] * x for x in turning)],
@@ -273,7 +273,7 @@ def target_derivatives(
         [cpa_dx.value, dx + speeds[0] * time],
         [cpa_dy.value, dy + speeds[1] * time],
         [miss.value.absolute(), distance.value],
-        [tcpa, exactly(time)],
+        [tcpa, point(time)],
     ]
     like = dx.low
     bent, meeting = _bent(
@@ -287,9 +287,9 @@ def target_derivatives(
     return _gathered(at, _over(value, unit), _over(rate, unit), _over(features, _UNITS), circle)
 
 
-def waypoint_derivatives(
+def waypoint_jacobians(
     m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]
-) -> Derivatives:
+) -> FeatureJacobians:
     """Of Eq. 10."""
     at = _stretches(m, box)
     place, h = _Place(at), at.number(2)
@@ -309,7 +309,7 @@ def _over(x: Interval, unit: np.ndarray) -> Interval:
 
 
 def _scaled(x: Jet, time: np.ndarray) -> Jet:
-    return x * exactly(time)
+    return x * point(time)
 
 
 def _sum(a: Jet | None, b: Jet | None, time: np.ndarray) -> Jet | None:
@@ -336,13 +336,13 @@ def _bent(
     column = np.arange(4) == _DCPA
     flip = np.where(port[..., None] & column, -1.0, 1.0)[..., None]
     of_miss = free.value[..., _DCPA, :]
-    either = Interval(-of_miss.size, of_miss.size)
+    either = Interval(-of_miss.magnitude, of_miss.magnitude)
     value = free.value * flip
     known = (starboard | port)[..., None]
     dcpa = where(known, value[..., _DCPA, :], either)
     value = where(column[:, None], dcpa[..., None, :], value)
     most, least = CPA_HORIZON_S - _NEAR_HOUR_S, CPA_HORIZON_S + _NEAR_HOUR_S
-    inside = tcpa.size < most
+    inside = tcpa.magnitude < most
     beyond = (tcpa.low > least) | (tcpa.high < -least)
     astride = (tcpa.high >= most) & (tcpa.low <= -most)
     anything = Interval(np.full_like(value.low, -np.inf), np.full_like(value.low, np.inf))
@@ -369,9 +369,9 @@ def _bent(
 
 def _gathered(
     at: _Stretches, value: Interval, rate: Interval, features: Interval, circle: list[list]
-) -> Derivatives:
+) -> FeatureJacobians:
     """Frames are boxes, steps the means over the parts of their paths."""
-    axis = at.middle.ndim - 2
+    axis = at.midpoint.ndim - 2
     every = (slice(None),) * axis
 
     def mean(x: Interval) -> Interval:
@@ -384,11 +384,11 @@ def _gathered(
         )
 
     way = at.way[..., None, :]
-    moved = where(way == 0, exactly(0.0), value * way)  # ∞·0 is 0 here: what does not move
+    moved = where(way == 0, point(0.0), value * way)  # ∞·0 is 0 here: what does not move
     moved = Interval(moved.low.sum(-1), moved.high.sum(-1))
     frames, newest = (*every, slice(0, FRAMES)), (*every, slice(0, 1))
     flat = [
         [None if x is None else Jet(x.value[newest], x.rate[newest]) for x in row] for row in circle
     ]
-    sides = _matrix(flat, at.middle[..., 0][newest]).value[(*every, 0)]
-    return Derivatives(value[frames], mean(rate), mean(moved), features[frames], sides)
+    sides = _matrix(flat, at.midpoint[..., 0][newest]).value[(*every, 0)]
+    return FeatureJacobians(value[frames], mean(rate), mean(moved), features[frames], sides)

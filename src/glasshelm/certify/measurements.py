@@ -16,7 +16,7 @@ from glasshelm.env.observe import FRAMES, Observation, in_front, observe
 from glasshelm.ship.nomoto import ShipState
 
 #: Symbols of own ship's errors (east, north, heading, speed) and of one target's.
-OWN, N_TARGET_ERRORS = 4, 4
+N_OWN_ERRORS, N_TARGET_ERRORS = 4, 4
 #: The numbers of a plot, in order.
 NUMBERS = ("east_m", "north_m", "heading_rad", "own_speed_m_s", "course_rad", "speed_m_s")
 
@@ -40,7 +40,7 @@ class SensorErrors(eqx.Module):
         one = (self.own_position_m, self.own_position_m, self.own_heading_rad, self.own_speed_m_s)
         return jnp.stack([jnp.asarray(x, jnp.float32) for x in one])
 
-    def each(self) -> Float[Array, "4"]:
+    def target(self) -> Float[Array, "4"]:
         """The radii of a target's symbols."""
         one = (self.position_m, self.position_m, self.course_rad, self.speed_m_s)
         return jnp.stack([jnp.asarray(x, jnp.float32) for x in one])
@@ -98,7 +98,7 @@ def recall(
     )
 
 
-def observed(scene: RawPlots) -> Observation:
+def observe_plots(scene: RawPlots) -> Observation:
     """What the pilot sees of a scene, by the code that she sails with (Eq. 10-12)."""
     observation = jax.vmap(lambda plot: _seen(plot[None])[0])(scene.waypoint)
     targets = jax.vmap(lambda row: _seen(row)[1])(scene.targets)
@@ -121,12 +121,12 @@ def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k
     return waypoint[0], targets
 
 
-def shifted(scene: RawPlots, own: Float[Array, "4"], each: Float[Array, "n 4"]) -> RawPlots:
+def with_errors(scene: RawPlots, own: Float[Array, "4"], target: Float[Array, "n 4"]) -> RawPlots:
     """The scene as it would have been measured with these errors [m, rad, m/s] on top.
 
     An own ship shown too far east sees everything too far west.
     """
     nothing = jnp.zeros(2)
     mine = jnp.concatenate([-own[:2], own[2:], nothing])
-    theirs = jnp.concatenate([each[:, :2], jnp.zeros_like(each[:, :2]), each[:, 2:]], -1)
+    theirs = jnp.concatenate([target[:, :2], jnp.zeros_like(target[:, :2]), target[:, 2:]], -1)
     return RawPlots(scene.waypoint + mine, scene.targets + mine + theirs[:, None], scene.present)

@@ -31,19 +31,19 @@ RISK_DCPA_M = NAUTICAL_MILE_M
 #: ... within this time ...
 RISK_TCPA_S = 1800.0
 #: ... while in sight of one another: the range of a masthead light (Rule 22(a)).
-SIGHT_M = 6 * NAUTICAL_MILE_M
+VISIBILITY_M = 6 * NAUTICAL_MILE_M
 #: Slower over ground a ship counts as stopped: Rules 13-15 are for vessels under way, and the
 #: course of a ship that does not move says nothing.
 STOPPED_M_S = 0.5 * KNOT_M_S
 #: More than 22.5 degrees abaft the beam is overtaking (Rule 13(b)).
 ABAFT_RAD = float(jnp.radians(112.5))
 #: Each ahead of the other within this is meeting end on (Rule 14(b) gives no number).
-END_ON_RAD = float(jnp.radians(13.0))
+HEAD_ON_RAD = float(jnp.radians(13.0))
 #: A smaller change of course is not an alteration.
-ALTERED_RAD = float(jnp.radians(10.0))
+ALTERATION_RAD = float(jnp.radians(10.0))
 
 
-class Kind(enum.IntEnum):
+class EncounterType(enum.IntEnum):
     """What own ship is to a target, by Rules 13-15."""
 
     NONE = 0
@@ -54,7 +54,7 @@ class Kind(enum.IntEnum):
     OVERTAKEN = 5
 
 
-def kind_of(
+def classify(
     bearing_rad: Float[Array, "*n"], aspect_rad: Float[Array, "*n"], own_faster: Bool[Array, "*n"]
 ) -> Int[Array, "*n"]:
     """The kind of two ships between whom there is risk.
@@ -65,15 +65,17 @@ def kind_of(
     """
     from_abaft = jnp.abs(aspect_rad) > ABAFT_RAD  # own ship comes up from abaft the target's beam
     behind = jnp.abs(bearing_rad) > ABAFT_RAD
-    end_on = (jnp.abs(bearing_rad) <= END_ON_RAD) & (jnp.abs(aspect_rad) <= END_ON_RAD)
-    crossing = jnp.where(bearing_rad > 0, Kind.CROSSING_GIVE_WAY, Kind.CROSSING_STAND_ON)
-    kind = jnp.where(end_on, Kind.HEAD_ON, crossing)
-    kind = jnp.where(behind & ~(from_abaft & own_faster), Kind.OVERTAKEN, kind)
+    end_on = (jnp.abs(bearing_rad) <= HEAD_ON_RAD) & (jnp.abs(aspect_rad) <= HEAD_ON_RAD)
+    crossing = jnp.where(
+        bearing_rad > 0, EncounterType.CROSSING_GIVE_WAY, EncounterType.CROSSING_STAND_ON
+    )
+    kind = jnp.where(end_on, EncounterType.HEAD_ON, crossing)
+    kind = jnp.where(behind & ~(from_abaft & own_faster), EncounterType.OVERTAKEN, kind)
     overtaking = from_abaft & (~behind | own_faster)
-    return jnp.where(overtaking, Kind.OVERTAKING, kind).astype(jnp.int32)
+    return jnp.where(overtaking, EncounterType.OVERTAKING, kind).astype(jnp.int32)
 
 
-class Meetings(eqx.Module):
+class MeetingFacts(eqx.Module):
     """The facts of a voyage's meetings so far, one a target slot.
 
     ``kind`` is 0 until there is risk; then ``risk_*`` holds the time, range and
@@ -102,7 +104,7 @@ class Meetings(eqx.Module):
     ahead_m: Float[Array, "*n"]
 
     @classmethod
-    def none(cls, slots: int) -> "Meetings":
+    def initial(cls, slots: int) -> "MeetingFacts":
         """Before the first instant."""
         zero, nothing = jnp.zeros(slots), jnp.zeros(slots, jnp.int32)
         return cls(
@@ -110,14 +112,14 @@ class Meetings(eqx.Module):
             jnp.zeros(slots, bool), jnp.full(slots, jnp.inf), zero, zero, zero,
         )  # fmt: skip
 
-    def after(
+    def updated(
         self,
         own: ShipState,
         own_velocity: Vector,
         turn_rad: Float[Array, ""],
         targets: Motion,
         time_s: Float[Array, ""],
-    ) -> "Meetings":
+    ) -> "MeetingFacts":
         """With one more instant; ``turn_rad`` is the change of heading since the last one.
 
         ``own_velocity`` (east, north) is own ship's over ground.
@@ -128,20 +130,20 @@ class Meetings(eqx.Module):
         cpa = closest_approach(away, Vector(theirs.x - own_velocity.x, theirs.y - own_velocity.y))
         bearing = direction(to_body(away, own.heading_rad))
         from_them = to_body(Vector(-away.x, -away.y), targets.course_rad)
-        risk = targets.present & (cpa.dcpa_m < RISK_DCPA_M) & (range_m <= SIGHT_M)
+        risk = targets.present & (cpa.dcpa_m < RISK_DCPA_M) & (range_m <= VISIBILITY_M)
         risk &= (cpa.tcpa_s > 0) & (cpa.tcpa_s <= RISK_TCPA_S)
         risk &= (targets.speed_m_s >= STOPPED_M_S) & (norm(own_velocity) >= STOPPED_M_S)
-        kind = kind_of(bearing, direction(from_them), own.speed_m_s > targets.speed_m_s)
-        first = (self.kind == Kind.NONE) & risk
-        met = targets.present & ((self.kind != Kind.NONE) | first)
+        kind = classify(bearing, direction(from_them), own.speed_m_s > targets.speed_m_s)
+        first = (self.kind == EncounterType.NONE) & risk
+        met = targets.present & ((self.kind != EncounterType.NONE) | first)
         turned = jnp.where(first, 0.0, self.turned_rad + turn_rad)
         open_ = met & ~self.past
-        acts = open_ & (self.act_side == 0) & (jnp.abs(turned) >= ALTERED_RAD)
+        acts = open_ & (self.act_side == 0) & (jnp.abs(turned) >= ALTERATION_RAD)
         nearer = met & (range_m < self.nearest_m)
         # Her course line is crossed where own ship changes sides of it, once risk exists.
         crosses = met & ~first & (self.across_m * from_them.x < 0) & (self.ahead_m == 0)
-        crosses &= range_m <= SIGHT_M
-        return Meetings(
+        crosses &= range_m <= VISIBILITY_M
+        return MeetingFacts(
             jnp.where(first, kind, self.kind),
             jnp.where(first, time_s, self.risk_time_s),
             jnp.where(first, range_m, self.risk_range_m),

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from glasshelm.bridge.server.protocol import Meeting
-from glasshelm.colregs.classification import STOPPED_M_S, Kind, Meetings
+from glasshelm.colregs.classification import STOPPED_M_S, EncounterType, MeetingFacts
 from glasshelm.core.geometry import velocity, wrap_angle
 from glasshelm.encounters.types import Motion
 from glasshelm.env.padding import bucket_size
@@ -23,12 +23,12 @@ from glasshelm.ship.nomoto import ShipState
 
 #: Rules 13-15 name the meeting; who stands on obeys Rule 17.
 _TOLD = {
-    Kind.NONE: Meeting("none", "none", None),
-    Kind.HEAD_ON: Meeting("head-on", "give-way", "14"),
-    Kind.CROSSING_GIVE_WAY: Meeting("crossing", "give-way", "15"),
-    Kind.CROSSING_STAND_ON: Meeting("crossing", "stand-on", "17"),
-    Kind.OVERTAKING: Meeting("overtaking", "give-way", "13"),
-    Kind.OVERTAKEN: Meeting("overtaken", "stand-on", "17"),
+    EncounterType.NONE: Meeting("none", "none", None),
+    EncounterType.HEAD_ON: Meeting("head-on", "give-way", "14"),
+    EncounterType.CROSSING_GIVE_WAY: Meeting("crossing", "give-way", "15"),
+    EncounterType.CROSSING_STAND_ON: Meeting("crossing", "stand-on", "17"),
+    EncounterType.OVERTAKING: Meeting("overtaking", "give-way", "13"),
+    EncounterType.OVERTAKEN: Meeting("overtaken", "stand-on", "17"),
 }
 
 
@@ -37,12 +37,12 @@ class EncounterTracker:
 
     def __init__(self) -> None:
         self._ids: list[str] = []
-        self._meetings = Meetings.none(0)
+        self._meetings = MeetingFacts.initial(0)
         self._heading_rad: float | None = None
         #: The kind of each meeting in the frame seen last, by the target's id.
-        self.kinds: dict[str, Kind] = {}
+        self.kinds: dict[str, EncounterType] = {}
 
-    def see(self, frame: Frame) -> dict[str, Meeting]:
+    def update(self, frame: Frame) -> dict[str, Meeting]:
         """What own ship is to each target that is shown, by the target's id."""
         targets = frame.targets
         slots = bucket_size(len(targets))
@@ -57,11 +57,11 @@ class EncounterTracker:
         )
         self._meetings, self._heading_rad = after, frame.own.heading_rad
         self._ids = [t.id for t in targets]
-        kinds = np.asarray(told)[: len(targets)].tolist()
-        self.kinds = {t.id: Kind(kind) for t, kind in zip(targets, kinds, strict=True)}
+        types = np.asarray(told)[: len(targets)].tolist()
+        self.kinds = {t.id: EncounterType(kind) for t, kind in zip(targets, types, strict=True)}
         return {id: _TOLD[kind] for id, kind in self.kinds.items()}
 
-    def _moved(self, ids: list[str], slots: int) -> Meetings:
+    def _moved(self, ids: list[str], slots: int) -> MeetingFacts:
         """The meetings so far in the slots of these ships; new ships have none."""
         place = {id: k for k, id in enumerate(self._ids)}
         found = [(k, place[id]) for k, id in enumerate(ids) if id in place]
@@ -72,24 +72,24 @@ class EncounterTracker:
             row[to] = np.asarray(known)[of]
             return jnp.asarray(row)
 
-        return jax.tree.map(move, Meetings.none(slots), self._meetings)
+        return jax.tree.map(move, MeetingFacts.initial(slots), self._meetings)
 
 
 @jax.jit
 def _after(
-    before: Meetings,
+    before: MeetingFacts,
     own: ShipState,
     turn_rad: Float[Array, ""],
     targets: Motion,
     time_s: Float[Array, ""],
-) -> tuple[Meetings, Array]:
+) -> tuple[MeetingFacts, Array]:
     """The meetings after one more frame, and the kinds of those that are not past.
 
     A meeting that is past is forgotten: a new risk is a new meeting. So is one with a ship
     that has stopped since, or if own ship has.
     """
-    after = before.after(own, velocity(own.heading_rad, own.speed_m_s), turn_rad, targets, time_s)
-    none = Meetings.none(after.kind.shape[0])
+    after = before.updated(own, velocity(own.heading_rad, own.speed_m_s), turn_rad, targets, time_s)
+    none = MeetingFacts.initial(after.kind.shape[0])
     stopped = jnp.minimum(targets.speed_m_s, own.speed_m_s) < STOPPED_M_S
     over = after.past | (targets.present & stopped)
     kept = jax.tree.map(lambda x, empty: jnp.where(over, empty, x), after, none)

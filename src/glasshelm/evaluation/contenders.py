@@ -20,7 +20,7 @@ from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 
 #: The rooms whose code decides what a voyage comes to.
-VOYAGE = (
+ROLLOUT_CODE = (
     "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
     "networks", "pilots", "planning", "ship", "training/course_reversals.py",
 )  # fmt: skip
@@ -41,7 +41,7 @@ class Contender:
         return tuple((getattr(p, "weights_sha256", None) or "")[:8] for p in self.pilots)
 
 
-def contenders_named(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
+def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
     """The entrants of a command line.
 
     Each is a pilot's name or file, or ``NAME=FILE,FILE,...`` for the training
@@ -71,7 +71,7 @@ def check_references(against: Sequence[str], among: Sequence[Contender]) -> None
     for name in against:
         if not any(e.name == name for e in among):
             try:
-                contenders_named([name])
+                parse_contenders([name])
             except InputError as error:
                 raise InputError(f"--against: {error}") from None
 
@@ -97,7 +97,7 @@ def ship_of(pilot: Pilot | OraclePilot) -> str | None:
     raise InputError(f"pilot {pilot.name!r} is for a ship that is none of {', '.join(SHIPS)}")
 
 
-def digest_of(pilot: Pilot | OraclePilot) -> str:
+def pilot_digest(pilot: Pilot | OraclePilot) -> str:
     """What tells one pilot from another, whatever they are called: SHA-256 in hexadecimal."""
     if isinstance(pilot, LearnedPilot) and pilot.weights_sha256 is not None:
         return pilot.weights_sha256
@@ -108,7 +108,7 @@ def digest_of(pilot: Pilot | OraclePilot) -> str:
 
 
 @functools.cache
-def code_digest(rooms: tuple[str, ...] = VOYAGE) -> str:
+def code_digest(rooms: tuple[str, ...] = ROLLOUT_CODE) -> str:
     """SHA-256 of the code that decides a result, and of what it is computed with.
 
     Raises:

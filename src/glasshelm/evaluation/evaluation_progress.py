@@ -16,7 +16,7 @@ from glasshelm.core.terminal import Terminal, Words
 _LINE_S = 30.0
 
 
-class Display:
+class EvaluationProgress:
     """Voyages sailed of all."""
 
     def __init__(self, console: Terminal):
@@ -35,7 +35,7 @@ class Display:
         )
         self._task = self._bar.add_task("sailing", total=None)
 
-    def __enter__(self) -> "Display":
+    def __enter__(self) -> "EvaluationProgress":
         self._bar.start()
         return self
 

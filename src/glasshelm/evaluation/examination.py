@@ -11,18 +11,18 @@ import numpy as np
 
 from glasshelm import __version__
 from glasshelm.evaluation.contenders import Contender
-from glasshelm.evaluation.measure_columns import Sailed, gather
+from glasshelm.evaluation.measure_columns import SuiteResult, assemble
 from glasshelm.evaluation.result_cache import (
-    Found,
+    Columns,
+    Executor,
     Job,
     ResultCache,
-    Workers,
-    all_done,
-    here,
-    jobs_of,
+    run_jobs,
+    run_locally,
+    split_into_jobs,
 )
-from glasshelm.evaluation.suites.suite_registry import suites_named
-from glasshelm.evaluation.timing import Timing, decision_time
+from glasshelm.evaluation.suites.suite_registry import build_suites
+from glasshelm.evaluation.timing import DecisionTime, measure_decision_time
 from glasshelm.evaluation.types import Suite
 from glasshelm.pilots.protocols import OraclePilot
 
@@ -31,7 +31,7 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclasses.dataclass(frozen=True)
-class Provenance:
+class RunInfo:
     """What every table says of where its numbers come from."""
 
     command: str
@@ -40,23 +40,23 @@ class Provenance:
 
 
 @dataclasses.dataclass(frozen=True)
-class Examined:
+class EvaluationResult:
     """All results, in the order of suites, entrants, seeds; and the time of a decision."""
 
-    sailed: tuple[Sailed, ...]
-    timings: tuple[Timing, ...]
-    provenance: Provenance
+    results: tuple[SuiteResult, ...]
+    timings: tuple[DecisionTime, ...]
+    run_info: RunInfo
 
 
-def examine(
+def evaluate(
     entrants: Sequence[Contender],
     suites: Sequence[str],
     out: Path,
     command: str,
     encounters: int | None = None,
-    workers: Workers = here,
+    workers: Executor = run_locally,
     progress: Progress = lambda what, done, of: None,
-) -> Examined:
+) -> EvaluationResult:
     """Sail every entrant through the named suites; chunks kept in ``out/chunks`` are not sailed
     again.
 
@@ -64,36 +64,36 @@ def examine(
     unknown suite, or a pilot that gives no number.
     """
     by_ship = {
-        entrant.ship_name: suites_named(suites, entrant.ship, encounters) for entrant in entrants
+        entrant.ship_name: build_suites(suites, entrant.ship, encounters) for entrant in entrants
     }
     jobs = [
         (suite, job)
         for number, entrant in enumerate(entrants)
         for suite in by_ship[entrant.ship_name]
-        for job in jobs_of(suite, number, entrant)
+        for job in split_into_jobs(suite, number, entrant)
     ]
-    total, so_far = sum(len(job.which) for _, job in jobs), 0
-    parts: dict[tuple[str, int, int], list[tuple[Job, Found]]] = {}
+    total, so_far = sum(len(job.indices) for _, job in jobs), 0
+    parts: dict[tuple[str, int, int], list[tuple[Job, Columns]]] = {}
     progress("", 0, total)
-    for job, found in all_done([job for _, job in jobs], ResultCache(out / "chunks"), workers):
-        so_far += len(job.which)
-        progress(f"{entrants[job.entrant].name}, {job.suite}", so_far, total)
-        parts.setdefault((job.suite, job.entrant, job.seed), []).append((job, found))
+    for job, found in run_jobs([job for _, job in jobs], ResultCache(out / "chunks"), workers):
+        so_far += len(job.indices)
+        progress(f"{entrants[job.contender].name}, {job.suite}", so_far, total)
+        parts.setdefault((job.suite, job.contender, job.seed), []).append((job, found))
     sailed = []
     for place, _ in enumerate(next(iter(by_ship.values()))):
         for number, entrant in enumerate(entrants):
             suite = by_ship[entrant.ship_name][place]
             for seed in range(len(entrant.pilots)):
-                sailed.append(gather(suite, entrant, seed, parts[suite.name, number, seed]))
+                sailed.append(assemble(suite, entrant, seed, parts[suite.name, number, seed]))
     timings = [
-        decision_time(e.name, e.ship_name, e.pilots[0], e.ship)
+        measure_decision_time(e.name, e.ship_name, e.pilots[0], e.ship)
         for e in entrants
         if not isinstance(e.pilots[0], OraclePilot)
     ]
-    return Examined(tuple(sailed), tuple(timings), Provenance(command, machine()))
+    return EvaluationResult(tuple(sailed), tuple(timings), RunInfo(command, describe_machine()))
 
 
-def machine() -> str:
+def describe_machine() -> str:
     """This machine in a few words."""
     name = platform.processor() or platform.machine()
     try:
@@ -106,21 +106,21 @@ def machine() -> str:
     return f"{os.cpu_count()} cores of {name}{on}, JAX {jax.__version__}"
 
 
-def suites_of(examined: Examined) -> list[Suite]:
+def suites_of(examined: EvaluationResult) -> list[Suite]:
     """The suites that were sailed, one of each name."""
-    return list({s.suite.name: s.suite for s in examined.sailed}.values())
+    return list({s.suite.name: s.suite for s in examined.results}.values())
 
 
-def of_suite(examined: Examined, name: str) -> list[list[Sailed]]:
+def results_by_contender(examined: EvaluationResult, name: str) -> list[list[SuiteResult]]:
     """The results of one suite: a list of seeds for every entrant."""
-    by_entrant: dict[tuple[str, str], list[Sailed]] = {}
-    for one in examined.sailed:
+    by_entrant: dict[tuple[str, str], list[SuiteResult]] = {}
+    for one in examined.results:
         if one.suite.name == name:
-            key = (one.entrant.name, one.entrant.ship_name)
+            key = (one.contender.name, one.contender.ship_name)
             by_entrant.setdefault(key, []).append(one)
     return list(by_entrant.values())
 
 
-def stacked(seeds: Sequence[Sailed], column: str) -> np.ndarray:
+def stack_seeds(seeds: Sequence[SuiteResult], column: str) -> np.ndarray:
     """A column of all seeds of an entrant: [seeds, encounters]."""
     return np.stack([one.columns[column] for one in seeds])

@@ -19,7 +19,15 @@ from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.core.geometry import Vector, to_body
 from glasshelm.env.observe import Observation
-from glasshelm.evaluation.rollout import SETTINGS, Live, Measures, helm_for, place_of, sail, watched
+from glasshelm.evaluation.rollout import (
+    SETTINGS,
+    CaseState,
+    Measures,
+    policy_for,
+    positions,
+    rollout,
+    rollout_fold,
+)
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import BatchPolicy, Memory, OraclePilot, Pilot
@@ -154,7 +162,7 @@ def explain_failures(
     if seer is not None and len(hopeless):
 
         def told(part: Case, where: slice) -> BatchPolicy:
-            return helm_for(seer, jax.tree.map(jnp.asarray, part))
+            return policy_for(seer, jax.tree.map(jnp.asarray, part))
 
         observation[hopeless] = ~fails("known beforehand", _take(cases, hopeless), told)
     asked = np.isin(np.arange(len(failed)), hopeless) & (seer is not None)
@@ -187,7 +195,7 @@ def _fails(
     found = []
     for where, part in _batches(name, cases, progress):
         steps = int(np.asarray(part.steps).max())
-        measures = sail(steersman(part, where), jax.tree.map(jnp.asarray, part), steps)
+        measures = rollout(steersman(part, where), jax.tree.map(jnp.asarray, part), steps)
         found.append(_happened(measures, part, event)[: where.stop - where.start])
     return np.concatenate(found)
 
@@ -245,7 +253,7 @@ def _met(
     for where, batch in _batches("the voyages", cases, progress):
         part = jax.tree.map(jnp.asarray, batch)
         steps = jnp.asarray(part.steps).max()
-        _, observation = watched(BatchedPilot(pilot), part, steps, _LOOKS[event], start)
+        _, observation = rollout_fold(BatchedPilot(pilot), part, steps, _LOOKS[event], start)
         since, worst, nearest_m = map(
             np.asarray, (observation.since, observation.worst, observation.nearest_m)
         )
@@ -258,10 +266,10 @@ def _met(
     return _Met(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _look(event: Event, so_far: _Ships, cases: Case, live: Live) -> _Ships:
+def _look(event: Event, so_far: _Ships, cases: Case, live: CaseState) -> _Ships:
     """One instant more, if it is measured: not after the voyage's end."""
     step, own = live.state.step, jax.tree.map(lambda x: x[:, None], live.state.own)
-    place = jax.vmap(place_of)(cases, live, jnp.zeros(step.shape))
+    place = jax.vmap(positions)(cases, live, jnp.zeros(step.shape))
     offset = Vector(place.east_m - own.east_m, place.north_m - own.north_m)
     length_m = jnp.asarray(cases.ship.loa_m)[:, None]
     counted = live.measures.time_s == step * SETTINGS.step_s

@@ -5,20 +5,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from glasshelm.colregs.classification import Kind
+from glasshelm.colregs.classification import EncounterType
 from glasshelm.core.errors import InputError
 from glasshelm.evaluation.contenders import Contender
-from glasshelm.evaluation.result_cache import Found, Job
+from glasshelm.evaluation.result_cache import Columns, Job
 from glasshelm.evaluation.rollout import SETTINGS
 from glasshelm.evaluation.types import Suite
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 from glasshelm.training.course_reversals import WEAVING
 
-Columns = dict[str, np.ndarray]
-
 
 @dataclasses.dataclass(frozen=True)
-class Sailed:
+class SuiteResult:
     """A suite sailed by one seed of an entrant: columns by name, in the suite's order.
 
     ``meetings`` has one row a target with whom there was risk of collision;
@@ -26,19 +24,21 @@ class Sailed:
     """
 
     suite: Suite
-    entrant: Contender
+    contender: Contender
     seed: int
     columns: Columns
     meetings: Columns
 
     @property
     def weights(self) -> str:
-        return self.entrant.weights[self.seed]
+        return self.contender.weights[self.seed]
 
 
-def gather(suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, Found]]) -> Sailed:
+def assemble(
+    suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, Columns]]
+) -> SuiteResult:
     """The parts of one seed put together. InputError if the pilot gave no number somewhere."""
-    order = np.concatenate([job.which for job, _ in parts])
+    order = np.concatenate([job.indices for job, _ in parts])
     back = np.argsort(order)
     found = {name: np.concatenate([part[name] for _, part in parts])[back] for name in parts[0][1]}
     if not found["finite"].all():
@@ -46,7 +46,7 @@ def gather(suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, F
         raise InputError(
             f"pilot {entrant.name!r} gave a rudder that is no number, first in {suite.name} {label}"
         )
-    return Sailed(suite, entrant, seed, _columns(suite, found), _meetings(found))
+    return SuiteResult(suite, entrant, seed, _columns(suite, found), _meetings(found))
 
 
 def _columns(suite: Suite, found: Mapping[str, np.ndarray]) -> Columns:
@@ -93,7 +93,7 @@ def _meetings(found: Mapping[str, np.ndarray]) -> Columns:
     """The facts of every meeting, flat."""
     prefix = "meetings."
     facts = {n.removeprefix(prefix): v for n, v in found.items() if n.startswith(prefix)}
-    case, slot = np.nonzero(facts["kind"] != Kind.NONE)
+    case, slot = np.nonzero(facts["kind"] != EncounterType.NONE)
     left_out = ("turned_rad", "across_m")
     kept = {name: v[case, slot] for name, v in facts.items() if name not in left_out}
     together = np.bincount(case, minlength=len(facts["kind"]))[case]

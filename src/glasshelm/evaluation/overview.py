@@ -2,38 +2,45 @@
 
 from collections.abc import Sequence
 
-from glasshelm.evaluation.examination import Examined, of_suite, stacked, suites_of
+from glasshelm.evaluation.examination import (
+    EvaluationResult,
+    results_by_contender,
+    stack_seeds,
+    suites_of,
+)
 from glasshelm.evaluation.markdown import markdown, percent
-from glasshelm.evaluation.measure_columns import Sailed
-from glasshelm.evaluation.statistics import rate
+from glasshelm.evaluation.measure_columns import SuiteResult
+from glasshelm.evaluation.statistics import rate_interval
 
 #: What is told of every suite, and the column that it is the rate of.
-TOLD = {
+SUMMARY_RATES = {
     "Collisions": "collided",
     "Domain intrusions": "intruded",
     "Within 0.5 NM": "within_half_nm",
 }
 
 
-def overview(examined: Examined) -> str:
+def overview(examined: EvaluationResult) -> str:
     """Tables of the rates over all suites, for each ship; empty where there is one suite."""
     suites = suites_of(examined)
     if len(suites) < 2:
         return ""
-    found = [seeds for suite in suites for seeds in of_suite(examined, suite.name)]
-    ships = dict.fromkeys(seeds[0].entrant.ship_name for seeds in found)
+    found = [seeds for suite in suites for seeds in results_by_contender(examined, suite.name)]
+    ships = dict.fromkeys(seeds[0].contender.ship_name for seeds in found)
     parts = ["## Overview"]
     for ship in ships:
-        sailed = [seeds for seeds in found if seeds[0].entrant.ship_name == ship]
-        for what, column in TOLD.items():
+        sailed = [seeds for seeds in found if seeds[0].contender.ship_name == ship]
+        for what, column in SUMMARY_RATES.items():
             parts.append(f"**{what}, `{ship}`.**\n\n{_table(column, sailed)}")
     return "\n\n".join(parts)
 
 
-def _table(column: str, sailed: Sequence[Sequence[Sailed]]) -> str:
-    pilots = list(dict.fromkeys(seeds[0].entrant.name for seeds in sailed))
+def _table(column: str, sailed: Sequence[Sequence[SuiteResult]]) -> str:
+    pilots = list(dict.fromkeys(seeds[0].contender.name for seeds in sailed))
     cells = {
-        (seeds[0].suite.name, seeds[0].entrant.name): percent(rate(stacked(seeds, column)))
+        (seeds[0].suite.name, seeds[0].contender.name): percent(
+            rate_interval(stack_seeds(seeds, column))
+        )
         for seeds in sailed
     }
     sizes = {seeds[0].suite.name: seeds[0].suite.size for seeds in sailed}

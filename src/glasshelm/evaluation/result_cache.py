@@ -13,15 +13,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from glasshelm.core.output_dir import atomic_write
-from glasshelm.evaluation.contenders import Contender, code_digest, digest_of
-from glasshelm.evaluation.rollout import helm_for, sail
+from glasshelm.evaluation.contenders import Contender, code_digest, pilot_digest
+from glasshelm.evaluation.rollout import policy_for, rollout
 from glasshelm.evaluation.types import Case, Suite
 from glasshelm.pilots.protocols import OraclePilot, Pilot
 
 #: Worlds sailed at once.
 CHUNK = 500
 #: What a job leaves: the measures of its cases by their dotted names.
-Found = dict[str, np.ndarray]
+Columns = dict[str, np.ndarray]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Job:
     """
 
     suite: str
-    entrant: int
+    contender: int
     seed: int
-    which: np.ndarray
+    indices: np.ndarray
     pilot: Pilot | OraclePilot
     cases: Case
     steps: int
@@ -43,10 +43,12 @@ class Job:
 
 
 #: Does jobs in any order: gives each one's place in the list, and what it left.
-Workers = Callable[[Sequence[Job]], Iterator[tuple[int, Found]]]
+Executor = Callable[[Sequence[Job]], Iterator[tuple[int, Columns]]]
 
 
-def jobs_of(suite: Suite, number: int, entrant: Contender, chunk: int = CHUNK) -> Iterator[Job]:
+def split_into_jobs(
+    suite: Suite, number: int, entrant: Contender, chunk: int = CHUNK
+) -> Iterator[Job]:
     """The jobs of one entrant (the ``number``-th) in one suite, the longest voyages together.
 
     Every chunk has the same number of worlds, the last is filled up with its
@@ -58,7 +60,7 @@ def jobs_of(suite: Suite, number: int, entrant: Contender, chunk: int = CHUNK) -
     worlds = min(chunk, suite.size)
     code = code_digest()
     for seed, pilot in enumerate(entrant.pilots):
-        told = f"{code} {digest_of(pilot)}"
+        told = f"{code} {pilot_digest(pilot)}"
         for first in range(0, suite.size, worlds):
             which = order[first : first + worlds]
             filled = np.concatenate([which, np.full(worlds - len(which), which[0])])
@@ -75,11 +77,11 @@ def _key(told: str, cases: Case, steps: int) -> str:
     return digest.hexdigest()[:32]
 
 
-def run_job(job: Job) -> Found:
+def run_job(job: Job) -> Columns:
     """Sail a job's cases: its measures, without the cases that filled it up."""
     cases = jax.tree.map(jnp.asarray, job.cases)
-    measures = sail(helm_for(job.pilot, cases), cases, job.steps)
-    count = len(job.which)
+    measures = rollout(policy_for(job.pilot, cases), cases, job.steps)
+    count = len(job.indices)
     return {name: value[:count] for name, value in _named(jax.device_get(measures), "")}
 
 
@@ -92,7 +94,7 @@ def _named(part: Any, prefix: str) -> Iterator[tuple[str, np.ndarray]]:
             yield prefix + field.name, np.asarray(value)
 
 
-def here(jobs: Sequence[Job]) -> Iterator[tuple[int, Found]]:
+def run_locally(jobs: Sequence[Job]) -> Iterator[tuple[int, Columns]]:
     """The workers that are this process: one job after the other."""
     for place, job in enumerate(jobs):
         yield place, run_job(job)
@@ -107,7 +109,7 @@ class ResultCache:
     def path(self, key: str) -> Path:
         return self.folder / f"{key}.npz"
 
-    def read(self, key: str) -> Found | None:
+    def read(self, key: str) -> Columns | None:
         """What a job left, if it was done before; a damaged file counts as none."""
         try:
             with np.load(self.path(key), allow_pickle=False) as file:
@@ -115,15 +117,15 @@ class ResultCache:
         except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
             return None
 
-    def write(self, key: str, found: Found) -> None:
+    def write(self, key: str, found: Columns) -> None:
         """Keep it. InputError if it cannot be written."""
         with atomic_write(self.path(key)) as partial, open(partial, "wb") as file:
             np.savez(file, **found)  # type: ignore[arg-type]
 
 
-def all_done(
-    jobs: Sequence[Job], kept: ResultCache, workers: Workers = here
-) -> Iterable[tuple[Job, Found]]:
+def run_jobs(
+    jobs: Sequence[Job], kept: ResultCache, workers: Executor = run_locally
+) -> Iterable[tuple[Job, Columns]]:
     """Every job with what it left: those kept at once, the others as they are done."""
     left: list[Job] = []
     for job in jobs:

@@ -10,10 +10,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from glasshelm.core.text import file_name, name_of
-from glasshelm.evaluation.examination import Examined, of_suite, stacked, suites_of
-from glasshelm.evaluation.measure_columns import Sailed
-from glasshelm.evaluation.statistics import rate
-from glasshelm.evaluation.worst_cases import replayed, worst
+from glasshelm.evaluation.examination import (
+    EvaluationResult,
+    results_by_contender,
+    stack_seeds,
+    suites_of,
+)
+from glasshelm.evaluation.measure_columns import SuiteResult
+from glasshelm.evaluation.statistics import rate_interval
+from glasshelm.evaluation.worst_cases import replay_cases, worst_cases
 from glasshelm.figures.maps import HALO
 from glasshelm.figures.style import (
     INK,
@@ -31,20 +36,20 @@ from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: Voyages in the figure of the worst.
 WORST = 10
-Seeds = Sequence[Sailed]
+Seeds = Sequence[SuiteResult]
 
 
-def draw_all(examined: Examined, out: Path) -> Iterator[Path]:
+def draw_all(examined: EvaluationResult, out: Path) -> Iterator[Path]:
     """Draw and write every figure into a folder, each as PDF and PNG; gives the PNGs."""
     for suite in suites_of(examined):
-        entrants = of_suite(examined, suite.name)
+        entrants = results_by_contender(examined, suite.name)
         for seeds in entrants:
             if (seeds[0].columns["ships"] > 0).any():
                 figure = worst_voyages(_worst_seed(seeds))
-                who = f"{seeds[0].entrant.name}-{seeds[0].entrant.ship_name}"
+                who = f"{seeds[0].contender.name}-{seeds[0].contender.ship_name}"
                 yield save(figure, out / f"{file_name(suite.name)}_worst_{file_name(who)}")[1]
-        for ship_name in dict.fromkeys(s[0].entrant.ship_name for s in entrants):
-            same = [s for s in entrants if s[0].entrant.ship_name == ship_name]
+        for ship_name in dict.fromkeys(s[0].contender.ship_name for s in entrants):
+            same = [s for s in entrants if s[0].contender.ship_name == ship_name]
             stem = f"{file_name(suite.name)}_{{}}_{ship_name}"
             counts = np.unique(same[0][0].columns["ships"])
             if suite.size > 100 and len(counts) > 1:
@@ -53,12 +58,12 @@ def draw_all(examined: Examined, out: Path) -> Iterator[Path]:
                 yield save(nearest_distances(same), out / stem.format("nearest"))[1]
 
 
-def _worst_seed(seeds: Seeds) -> Sailed:
+def _worst_seed(seeds: Seeds) -> SuiteResult:
     return max(seeds, key=lambda s: (s.columns["collided"].sum(), s.columns["intruded"].sum()))
 
 
 def _looks(entrants: Sequence[Seeds]) -> list[Look]:
-    return [line_look(k, seeds[0].entrant.name) for k, seeds in enumerate(entrants)]
+    return [line_look(k, seeds[0].contender.name) for k, seeds in enumerate(entrants)]
 
 
 @styled
@@ -78,7 +83,7 @@ def rates_by_ships(entrants: Sequence[Seeds]) -> Figure:
     ):
         for seeds, look, aside in zip(entrants, looks, spread, strict=True):
             of_ships = seeds[0].columns["ships"]
-            found = [rate(stacked(seeds, column)[:, of_ships == n]) for n in counts]
+            found = [rate_interval(stack_seeds(seeds, column)[:, of_ships == n]) for n in counts]
             value = np.array([f.value for f in found])
             error = np.array([[f.value - f.low, f.high - f.value] for f in found]).T
             ax.errorbar(
@@ -113,7 +118,7 @@ def nearest_distances(entrants: Sequence[Seeds]) -> Figure:
     ax = figure.add_subplot()
     looks = _looks(entrants)
     for seeds, look in zip(entrants, looks, strict=True):
-        near = stacked(seeds, "nearest_m")
+        near = stack_seeds(seeds, "nearest_m")
         near = np.sort(near[np.isfinite(near)]) / NAUTICAL_MILE_M
         share = np.arange(1, len(near) + 1) / len(near)
         at = np.searchsorted(near, np.linspace(0.25, 1.75, 4)) - 1
@@ -143,19 +148,19 @@ def nearest_distances(entrants: Sequence[Seeds]) -> Figure:
 
 
 @styled
-def worst_voyages(one: Sailed) -> Figure:
+def worst_voyages(one: SuiteResult) -> Figure:
     """The tracks of the encounters with the deepest intrusions, worst first."""
-    which = worst(one, WORST)
+    which = worst_cases(one, WORST)
     columns = min(5, len(which))
     rows = math.ceil(len(which) / columns)
     figure = new_figure(2.9 * columns, 3.1 * rows + 0.35)
     axes = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
-    for ax, number, frames in zip(axes, which, replayed(one, which), strict=False):
+    for ax, number, frames in zip(axes, which, replay_cases(one, which), strict=False):
         draw_absolute(ax, series(frames), _title(one, int(number)))
         _small(ax)
     for ax in axes[len(which) :]:
         ax.set_visible(False)
-    name, ship_name = name_of(one.entrant.name), one.entrant.ship_name
+    name, ship_name = name_of(one.contender.name), one.contender.ship_name
     figure.suptitle(
         f"{name} on {ship_name}, {one.suite.name}: the {len(which)} worst of "
         f"{one.suite.size:,} encounters (own ship black, minutes beside her track)",
@@ -164,7 +169,7 @@ def worst_voyages(one: Sailed) -> Figure:
     return figure
 
 
-def _title(one: Sailed, number: int) -> str:
+def _title(one: SuiteResult, number: int) -> str:
     c = one.columns
     margin = c["margin"][number]
     what = f"depth {margin:.2f}" if margin > 0 else f"clear by {-margin:.2f}"

@@ -4,31 +4,36 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from glasshelm.colregs.compliance import GRADES, of_kind
+from glasshelm.colregs.compliance import CRITERIA, of_type
 from glasshelm.core.text import markdown_code, markdown_text
-from glasshelm.evaluation.examination import Examined, of_suite, stacked, suites_of
+from glasshelm.evaluation.examination import (
+    EvaluationResult,
+    results_by_contender,
+    stack_seeds,
+    suites_of,
+)
 from glasshelm.evaluation.markdown import markdown, percent
-from glasshelm.evaluation.measure_columns import Sailed
+from glasshelm.evaluation.measure_columns import SuiteResult
 from glasshelm.evaluation.overview import overview
 from glasshelm.evaluation.statistics import (
-    Interval,
+    ConfidenceInterval,
     bootstrap,
     clopper_pearson,
     interquartile_mean,
     mean,
-    rate,
+    rate_interval,
     risk_ratio,
 )
 from glasshelm.evaluation.types import Suite
 
-Seeds = Sequence[Sailed]
+Seeds = Sequence[SuiteResult]
 
 
-def report(examined: Examined, against: Sequence[str]) -> str:
+def markdown_report(examined: EvaluationResult, against: Sequence[str]) -> str:
     """All tables of an examination; ``against`` names the pilots that others are compared with."""
     parts = ["# Examination", _methods(), overview(examined)]
     for suite in suites_of(examined):
-        entrants = of_suite(examined, suite.name)
+        entrants = results_by_contender(examined, suite.name)
         parts.append(f"## {markdown_text(suite.name)}\n\n{markdown_text(suite.note)}.")
         parts.append(_table("Safety", _SAFETY, entrants, examined))
         if suite.size <= 100:
@@ -54,10 +59,10 @@ def _methods() -> str:
     )
 
 
-def caption(what: str, entrants: Sequence[Seeds], examined: Examined) -> str:
+def caption(what: str, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
     """What a table shows, of how much, by which weights, on which machine, by which command."""
     sizes = {f"{seeds[0].suite.size:,} encounters × {_seeds(seeds)}" for seeds in entrants}
-    source = examined.provenance
+    source = examined.run_info
     return (
         f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(entrants)}. "
         f"{source.machine}; glasshelm {source.version}. {markdown_code(source.command)}"
@@ -73,7 +78,7 @@ def _weights(entrants: Sequence[Seeds]) -> str:
     for seeds in entrants:
         hashes = [f"`{one.weights}`" for one in seeds if one.weights]
         if hashes:
-            told.append(f"{markdown_text(seeds[0].entrant.name)} {', '.join(hashes)}")
+            told.append(f"{markdown_text(seeds[0].contender.name)} {', '.join(hashes)}")
     return "; ".join(told) or "none has any"
 
 
@@ -81,14 +86,14 @@ PILOT = "pilot", "ship"
 
 
 def label(seeds: Seeds) -> tuple[str, str]:
-    entrant = seeds[0].entrant
+    entrant = seeds[0].contender
     return entrant.name, entrant.ship_name
 
 
 def _rate(column: str):
     def cell(seeds: Seeds) -> str:
-        events = stacked(seeds, column)
-        told = percent(rate(events))
+        events = stack_seeds(seeds, column)
+        told = percent(rate_interval(events))
         if len(seeds) > 1:
             worst = max(int(row.sum()) for row in events)
             told += f", worst seed {percent(clopper_pearson(worst, events.shape[1]))}"
@@ -99,7 +104,7 @@ def _rate(column: str):
 
 def _number(column: str, how, form: str, met: bool = False):
     def cell(seeds: Seeds) -> str:
-        values = stacked(seeds, column)
+        values = stack_seeds(seeds, column)
         if met:
             values = values[:, np.isfinite(values).all(0)]
         return form.format(how(values.astype(np.float64))) if values.size else "–"
@@ -109,11 +114,16 @@ def _number(column: str, how, form: str, met: bool = False):
 
 def _iqm(column: str):
     def cell(seeds: Seeds) -> str:
-        values = stacked(seeds, column).astype(np.float64)
+        values = stack_seeds(seeds, column).astype(np.float64)
         found = bootstrap(values, seeds[0].columns["ships"], interquartile_mean)
         return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
 
     return cell
+
+
+def _progress_share(seeds: Seeds) -> str:
+    progress, sailed = (stack_seeds(seeds, name).sum() for name in ("progress_m", "sailed_m"))
+    return f"{100 * progress / sailed:.1f} %"
 
 
 def _percentile(q: float):
@@ -138,9 +148,7 @@ _WAY = {
     "return, IQM": _iqm("return_total"),
     "waypoint": _iqm("return_waypoint"),
     "collision, mean": _number("return_collision", mean, "{:.2f}"),
-    "made good of the way sailed": lambda seeds: (
-        f"{100 * stacked(seeds, 'progress_m').sum() / stacked(seeds, 'sailed_m').sum():.1f} %"
-    ),
+    "made good of the way sailed": _progress_share,
     "detour, mean [m]": _number("detour_m", mean, "{:.0f}"),
     "turned, mean [°]": _number("turned_deg", mean, "{:.0f}"),
     "rudder, mean of limit": _number("rudder", mean, "{:.2f}"),
@@ -150,13 +158,13 @@ _WAY = {
 }
 
 
-def _table(what: str, columns: dict, entrants: Sequence[Seeds], examined: Examined) -> str:
+def _table(what: str, columns: dict, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
     header = [*PILOT, *columns]
     rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in entrants]
     return f"{caption(what, entrants, examined)}\n\n{markdown(header, rows)}"
 
 
-def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined) -> str:
+def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
     parts = []
     for what, column in (("Collisions", "collided"), ("Intrusions", "intruded")):
         header = [*PILOT, *(f"{n} ship{'' if n == 1 else 's'}" for n in counts)]
@@ -164,7 +172,9 @@ def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined)
             [
                 *label(seeds),
                 *(
-                    percent(rate(stacked(seeds, column)[:, seeds[0].columns["ships"] == n]))
+                    percent(
+                        rate_interval(stack_seeds(seeds, column)[:, seeds[0].columns["ships"] == n])
+                    )
                     for n in counts
                 ),
             ]
@@ -175,7 +185,7 @@ def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined)
     return "\n\n".join(parts)
 
 
-def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: Examined) -> str:
+def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
     """Which of a few named cases went wrong."""
 
     def named(seeds: Seeds, column: str, depth: bool) -> str:
@@ -199,19 +209,19 @@ def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: Examined) ->
     return f"{told}\n\n{table}"
 
 
-def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Examined) -> str:
+def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: EvaluationResult) -> str:
     """Risk ratios against the reference pilots that were examined on the same ship."""
     parts = []
     for name in against:
-        theirs = {s[0].entrant.ship_name: s for s in entrants if s[0].entrant.name == name}
+        theirs = {s[0].contender.ship_name: s for s in entrants if s[0].contender.name == name}
         rows = []
         for seeds in entrants:
-            reference = theirs.get(seeds[0].entrant.ship_name)
+            reference = theirs.get(seeds[0].contender.ship_name)
             if reference is None or reference is seeds:
                 continue
             cells = [*label(seeds)]
             for column in ("collided", "intruded", "within_half_nm"):
-                found = risk_ratio(stacked(seeds, column), stacked(reference, column))
+                found = risk_ratio(stack_seeds(seeds, column), stack_seeds(reference, column))
                 cells.append(_ratio(found))
             rows.append(cells)
         if rows:
@@ -221,22 +231,22 @@ def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Examine
     return "\n\n".join(parts)
 
 
-def _ratio(found: Interval | None) -> str:
+def _ratio(found: ConfidenceInterval | None) -> str:
     if found is None:
         return "– (never)"
     return f"{found.value:.4f} [{found.low:.4f}, {found.high:.4f}]"
 
 
-def _rules(entrants: Sequence[Seeds], examined: Examined) -> str:
+def _rules(entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
     """One table a kind of meeting: the share of meetings in which each thing was done."""
     parts = []
-    for kind, judgements in GRADES.items():
+    for kind, judgements in CRITERIA.items():
         rows = []
         for seeds in entrants:
             cells = [*label(seeds)]
             for alone in (False, True):
                 # The first seed's only: meetings differ from seed to seed.
-                facts = of_kind(seeds[0].meetings, kind, alone)
+                facts = of_type(seeds[0].meetings, kind, alone)
                 count = len(facts["kind"])
                 cells.append(str(count))
                 for judge in judgements.values() if count else ():
@@ -258,9 +268,9 @@ _UNTAUGHT = (
 )
 
 
-def _timings(examined: Examined) -> str:
+def _timings(examined: EvaluationResult) -> str:
     rows = [[t.pilot, t.ship_name, f"{t.p50_ms:.2f}", f"{t.p99_ms:.2f}"] for t in examined.timings]
-    source = examined.provenance
+    source = examined.run_info
     return (
         "## Time to decide\n\n**From an observation of six ships to a rudder, without "
         f"explanation.** {source.machine}; glasshelm {source.version}. "

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.colregs.classification import Meetings
+from glasshelm.colregs.classification import MeetingFacts
 from glasshelm.core.geometry import Vector, closest_approach, norm, velocity, wrap_angle
 from glasshelm.encounters.types import Motion
 from glasshelm.env.observe import Observation
@@ -22,7 +22,7 @@ from glasshelm.env.step import (
     targets_at,
 )
 from glasshelm.env.target_selection import select_targets
-from glasshelm.evaluation.sensor_model import Picture, first_picture, next_picture
+from glasshelm.evaluation.sensor_model import PerceivedTraffic, first_perception, next_perception
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
@@ -33,9 +33,9 @@ from glasshelm.training.course_reversals import Reversals
 
 SETTINGS = EnvSettings()
 #: The first 1200 s, an episode of the paper's training (section 3.2), are measured apart.
-SHORT_STEPS = SETTINGS.episode_steps
+EPISODE_STEPS = SETTINGS.episode_steps
 #: A predicted CPA counts as shown to the navigator when it is this near in time.
-ALARM_S = 360.0
+DCPA_HORIZON_S = 360.0
 
 
 class Measures(eqx.Module):
@@ -64,18 +64,18 @@ class Measures(eqx.Module):
     time_s: Float[Array, "*b"]
     arrived: Bool[Array, "*b"]
     finite: Bool[Array, "*b"]
-    meetings: Meetings
+    meetings: MeetingFacts
 
 
-class Live(eqx.Module):
+class CaseState(eqx.Module):
     """One case under way: the true world, the picture of it, the measures so far."""
 
     state: EnvState
-    picture: Picture | None
+    picture: PerceivedTraffic | None
     measures: Measures
 
 
-class Place(eqx.Module):
+class Positions(eqx.Module):
     """Where everybody is at one instant, for a figure."""
 
     own: ShipState
@@ -88,11 +88,11 @@ class Place(eqx.Module):
 
 
 #: Batches of cases under way, and what the pilots remember.
-_Carry = tuple[Live, Any]
+_Carry = tuple[CaseState, Any]
 Total = TypeVar("Total")
 
 
-def helm_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
+def policy_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
     """Who steers a batch of cases: a pilot by what he sees, a seer by all there is to know."""
     if not isinstance(pilot, OraclePilot):
         return BatchedPilot(pilot)
@@ -101,7 +101,7 @@ def helm_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
     return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
 
 
-def sail(helm: BatchPolicy, cases: Case, steps: int) -> Measures:
+def rollout(helm: BatchPolicy, cases: Case, steps: int) -> Measures:
     """The measures of every case of a batch after its own number of steps, at most ``steps``.
 
     One program whatever the number of steps.
@@ -117,13 +117,13 @@ def _sail(helm: BatchPolicy, cases: Case, steps: Int[Array, ""]) -> Measures:
 
 
 @eqx.filter_jit
-def watched(
+def rollout_fold(
     helm: BatchPolicy,
     cases: Case,
     steps: Int[Array, ""],
-    look: Callable[[Total, Case, Live], Total],
+    look: Callable[[Total, Case, CaseState], Total],
     start: Total,
-) -> tuple[Live, Total]:
+) -> tuple[CaseState, Total]:
     """The voyages at their end, and what was seen on the way: ``look`` adds an instant to it."""
 
     def go(_: Int[Array, ""], so_far: tuple[_Carry, Total]) -> tuple[_Carry, Total]:
@@ -136,20 +136,20 @@ def watched(
 
 
 @eqx.filter_jit
-def retrace(helm: BatchPolicy, cases: Case, steps: int) -> Place:
+def rollout_tracks(helm: BatchPolicy, cases: Case, steps: int) -> Positions:
     """The same voyages as places [steps + 1, cases], for drawing."""
 
-    def go(carry: _Carry, _: None) -> tuple[_Carry, Place]:
+    def go(carry: _Carry, _: None) -> tuple[_Carry, Positions]:
         following, action = _tick(helm, cases, carry)
-        return following, jax.vmap(place_of)(cases, carry[0], action)
+        return following, jax.vmap(positions)(cases, carry[0], action)
 
     (live, _), places = jax.lax.scan(go, _embark(helm, cases), length=steps)
-    end = jax.vmap(place_of)(cases, live, jnp.zeros(live.state.step.shape))
+    end = jax.vmap(positions)(cases, live, jnp.zeros(live.state.step.shape))
     return jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), places, end)
 
 
 def _embark(helm: BatchPolicy, cases: Case) -> _Carry:
-    live = jax.vmap(embark)(cases)
+    live = jax.vmap(reset_case)(cases)
     return live, helm.start(live.state.step.shape[0])
 
 
@@ -157,25 +157,25 @@ def _tick(helm: BatchPolicy, cases: Case, carry: _Carry) -> tuple[_Carry, Float[
     """One step of all cases, and the rudders that were given."""
     live, memory = carry
     action, memory = helm(jax.vmap(observation)(cases, live), memory)
-    return (jax.vmap(proceed)(cases, live, action), memory), action
+    return (jax.vmap(step_case)(cases, live, action), memory), action
 
 
-def embark(case: Case) -> Live:
+def reset_case(case: Case) -> CaseState:
     """A case at t = 0, before anything is measured."""
     state = reset(case.encounter, case.ship, SETTINGS)
     picture = None
     if case.disturbance is not None:
-        picture = first_picture(case.disturbance, case.encounter, case.encounter.own)
-    return Live(state, picture, _nothing(case, state))
+        picture = first_perception(case.disturbance, case.encounter, case.encounter.own)
+    return CaseState(state, picture, _nothing(case, state))
 
 
-def observation(case: Case, live: Live) -> Observation:
+def observation(case: Case, live: CaseState) -> Observation:
     """What the pilot is shown: the ships that matter most, by the instruments if there are any."""
     whole = live.state.observation if live.picture is None else live.picture.observation
     return select_targets(whole, loa_m=case.ship.loa_m)[0]
 
 
-def proceed(case: Case, live: Live, action: Float[Array, ""]) -> Live:
+def step_case(case: Case, live: CaseState, action: Float[Array, ""]) -> CaseState:
     """One step of a case; after its end nothing changes in its measures."""
     finite = jnp.isfinite(action)
     rudder = jnp.where(finite, jnp.clip(action, -1.0, 1.0), 0.0) * case.ship.rudder_limit_rad
@@ -185,21 +185,23 @@ def proceed(case: Case, live: Live, action: Float[Array, ""]) -> Live:
     out = observe_step(case.encounter, live.state, own, case.ship, SETTINGS)
     picture = live.picture
     if case.disturbance is not None and picture is not None:
-        picture = next_picture(
+        picture = next_perception(
             case.disturbance, picture, case.encounter, own, out.state.leg, out.state.step,
             SETTINGS.step_s,
         )  # fmt: skip
     more = _measured(case, live, out, finite)
     goes_on = (live.state.step < case.steps) & ~live.measures.arrived
     kept = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), more, live.measures)
-    return Live(out.state, picture, kept)
+    return CaseState(out.state, picture, kept)
 
 
-def place_of(case: Case, live: Live, action: Float[Array, ""]) -> Place:
+def positions(case: Case, live: CaseState, action: Float[Array, ""]) -> Positions:
     """Everybody's place in a live case."""
     m = targets_at(case.encounter, live.state.step * SETTINGS.step_s)
     rudder = jnp.clip(action, -1.0, 1.0) * case.ship.rudder_limit_rad
-    return Place(live.state.own, rudder, m.east_m, m.north_m, m.course_rad, m.speed_m_s, m.present)
+    return Positions(
+        live.state.own, rudder, m.east_m, m.north_m, m.course_rad, m.speed_m_s, m.present
+    )
 
 
 def _nothing(case: Case, state: EnvState) -> Measures:
@@ -207,19 +209,19 @@ def _nothing(case: Case, state: EnvState) -> Measures:
     zero, far = jnp.zeros(()), jnp.full((), jnp.inf)
     left = _left_m(case, state)
     targets = targets_at(case.encounter, zero)
-    meetings = Meetings.none(case.encounter.present.shape[-1])
-    meetings = meetings.after(state.own, _over_ground(case, state.own), zero, targets, zero)
+    meetings = MeetingFacts.initial(case.encounter.present.shape[-1])
+    meetings = meetings.updated(state.own, _over_ground(case, state.own), zero, targets, zero)
     return Measures(
         jnp.full(2, -jnp.inf), jnp.full(2, jnp.inf), far, zero, far, jnp.zeros(2), zero, left, left,
         zero, zero, zero, Reversals.none(), zero, jnp.zeros((), bool), jnp.ones((), bool), meetings,
     )  # fmt: skip
 
 
-def _measured(case: Case, live: Live, out: StepResult, finite: Bool[Array, ""]) -> Measures:
+def _measured(case: Case, live: CaseState, out: StepResult, finite: Bool[Array, ""]) -> Measures:
     """The measures with one more step in them."""
     before, m, own = live.state, live.measures, out.state.own
     time_s = out.state.step * SETTINGS.step_s
-    early = out.state.step <= SHORT_STEPS
+    early = out.state.step <= EPISODE_STEPS
     counts = jnp.stack([early, jnp.ones_like(early)])
     targets = targets_at(case.encounter, time_s)
     worst = jnp.where(targets.present, out.margin, -jnp.inf).max(initial=-jnp.inf)
@@ -244,7 +246,7 @@ def _measured(case: Case, live: Live, out: StepResult, finite: Bool[Array, ""]) 
         time_s,
         m.arrived | out.terminated,
         m.finite & finite,
-        m.meetings.after(own, own_velocity, turn, targets, time_s),
+        m.meetings.updated(own, own_velocity, turn, targets, time_s),
     )
 
 
@@ -279,7 +281,7 @@ def _alarming_dcpa_m(own: ShipState, own_velocity: Vector, targets: Motion) -> F
         Vector(targets.east_m - own.east_m, targets.north_m - own.north_m),
         Vector(theirs.x - own_velocity.x, theirs.y - own_velocity.y),
     )
-    soon = targets.present & (cpa.tcpa_s > 0) & (cpa.tcpa_s <= ALARM_S)
+    soon = targets.present & (cpa.tcpa_s > 0) & (cpa.tcpa_s <= DCPA_HORIZON_S)
     return jnp.where(soon, cpa.dcpa_m, jnp.inf).min(initial=jnp.inf)
 
 

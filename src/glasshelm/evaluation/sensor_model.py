@@ -47,10 +47,10 @@ class Disturbance(eqx.Module):
     course_rad: Number
     speed_m_s: Number
     correlation_s: Number
-    every_s: Number
+    report_interval_s: Number
 
 
-class Picture(eqx.Module):
+class PerceivedTraffic(eqx.Module):
     """The instruments at one instant.
 
     ``own_noise`` and ``noise`` are the errors in units of their spread;
@@ -61,18 +61,18 @@ class Picture(eqx.Module):
     own_noise: Float[Array, "3"]
     noise: Float[Array, "n 4"]
     report: Motion
-    heard_s: Float[Array, " n"]
+    reported_s: Float[Array, " n"]
     observation: Observation
 
 
-def first_picture(by: Disturbance, encounter: Encounter, own: ShipState) -> Picture:
+def first_perception(by: Disturbance, encounter: Encounter, own: ShipState) -> PerceivedTraffic:
     """The picture at t = 0: every target there has just been heard."""
     slots = encounter.present.shape[-1]
     own_key, key = jax.random.split(_key(by, jnp.zeros((), jnp.int32)))
     nobody = eqx.tree_at(
         lambda m: m.present, targets_at(encounter, jnp.zeros(())), jnp.zeros(slots, bool)
     )
-    before = Picture(
+    before = PerceivedTraffic(
         jax.random.normal(own_key, (3,)),
         jax.random.normal(key, (slots, 4)),
         nobody,
@@ -82,15 +82,15 @@ def first_picture(by: Disturbance, encounter: Encounter, own: ShipState) -> Pict
     return _look(by, before, encounter, own, jnp.zeros((), jnp.int32), jnp.zeros(()), True)
 
 
-def next_picture(
+def next_perception(
     by: Disturbance,
-    before: Picture,
+    before: PerceivedTraffic,
     encounter: Encounter,
     own: ShipState,
     leg: Int[Array, ""],
     step: Int[Array, ""],
     step_s: float,
-) -> Picture:
+) -> PerceivedTraffic:
     """The picture after a step: errors have wandered, reports that are due have come."""
     own_key, key = jax.random.split(_key(by, step))
     wandered = eqx.tree_at(
@@ -118,25 +118,25 @@ def _wander(
 
 def _look(
     by: Disturbance,
-    picture: Picture,
+    picture: PerceivedTraffic,
     encounter: Encounter,
     own: ShipState,
     leg: Int[Array, ""],
     time_s: Float[Array, ""],
     first: bool,
-) -> Picture:
+) -> PerceivedTraffic:
     """The picture with the reports of now in it, and the observation made from it."""
     motion = targets_at(encounter, time_s)
     shown = _own_shown(by, picture.own_noise, own)
     unheard = motion.present & ~picture.report.present
-    due = unheard | (time_s - picture.heard_s >= by.every_s - 1e-3)
+    due = unheard | (time_s - picture.reported_s >= by.report_interval_s - 1e-3)
     fresh = _report(by, picture.noise, own, shown, motion)
     report = jax.tree.map(lambda new, old: jnp.where(due, new, old), fresh, picture.report)
     report = eqx.tree_at(lambda m: m.present, report, motion.present)
-    heard_s = jnp.where(due, time_s, picture.heard_s)
+    heard_s = jnp.where(due, time_s, picture.reported_s)
     reckoned = _reckoned(by, report, time_s - heard_s)
     sight = observe(shown, waypoint_of(encounter, leg), reckoned, report.present)
-    return Picture(
+    return PerceivedTraffic(
         picture.own_noise,
         picture.noise,
         report,

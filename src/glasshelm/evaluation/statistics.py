@@ -29,7 +29,7 @@ Values = Float[np.ndarray, "seeds n"]
 
 
 @dataclasses.dataclass(frozen=True)
-class Interval:
+class ConfidenceInterval:
     """An estimate and its 95 % interval."""
 
     value: float
@@ -37,12 +37,12 @@ class Interval:
     high: float
 
 
-def clopper_pearson(events: int | float, of: int, level: float = LEVEL) -> Interval:
+def clopper_pearson(events: int | float, of: int, level: float = LEVEL) -> ConfidenceInterval:
     """The exact interval of a rate: ``events`` of ``of`` independent trials (a mean of several)."""
     tail = (1.0 - level) / 2
     low = float(beta.ppf(tail, events, of - events + 1)) if events else 0.0
     high = float(beta.ppf(1.0 - tail, events + 1, of - events)) if events < of else 1.0
-    return Interval(events / of, low, high)
+    return ConfidenceInterval(events / of, low, high)
 
 
 def interquartile_mean(values: Float[np.ndarray, "..."]) -> float:
@@ -67,7 +67,7 @@ def bootstrap(
     statistic: Callable[[Values], float] = interquartile_mean,
     resamples: int = 1000,
     seed: int = 0,
-) -> Interval:
+) -> ConfidenceInterval:
     """A statistic of [seeds, encounters] and its percentile interval.
 
     Each resample draws encounters with replacement within every stratum (the
@@ -82,10 +82,10 @@ def bootstrap(
         rows = rng.integers(seeds, size=seeds) if seeds > 1 else np.zeros(1, np.int64)
         found[i] = statistic(values[np.ix_(rows, drawn)])
     low, high = np.quantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
-    return Interval(statistic(values), float(low), float(high))
+    return ConfidenceInterval(statistic(values), float(low), float(high))
 
 
-def rate(events: Bool[np.ndarray, "seeds n"]) -> Interval:
+def rate_interval(events: Bool[np.ndarray, "seeds n"]) -> ConfidenceInterval:
     """A rate: exact for one seed, by the bootstrap over seeds and encounters for several.
 
     Several seeds of few events (``FEW``): at least as wide as if their mean number were one seed's.
@@ -100,14 +100,14 @@ def rate(events: Bool[np.ndarray, "seeds n"]) -> Interval:
     return found if FEW <= count <= number - FEW else _hull(found, exact)
 
 
-def _hull(first: Interval, second: Interval) -> Interval:
+def _hull(first: ConfidenceInterval, second: ConfidenceInterval) -> ConfidenceInterval:
     """The first's estimate, within both."""
-    return Interval(first.value, min(first.low, second.low), max(first.high, second.high))
+    return ConfidenceInterval(first.value, min(first.low, second.low), max(first.high, second.high))
 
 
 def risk_ratio(
     ours: Bool[np.ndarray, "seeds n"], theirs: Bool[np.ndarray, "other n"]
-) -> Interval | None:
+) -> ConfidenceInterval | None:
     """How many times as often it happens to us, over the same encounters.
 
     None where it never happens to them. Several seeds: by the bootstrap; of few events (``FEW``)
@@ -127,16 +127,18 @@ def risk_ratio(
         b = both[split + rng.integers(len(theirs), size=len(theirs))][:, drawn].mean()
         found[i] = a / b if b > 0 else math.inf
     low, high = np.quantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], method="nearest")
-    whole = Interval(float(ours.mean() / theirs.mean()), float(low), float(high))
+    whole = ConfidenceInterval(float(ours.mean() / theirs.mean()), float(low), float(high))
     if min(events.sum() / len(events) for events in (ours, theirs)) >= FEW:
         return whole
     for one, other in itertools.product(ours, theirs):
-        unknown = Interval(math.nan, 0.0, math.inf)
+        unknown = ConfidenceInterval(math.nan, 0.0, math.inf)
         whole = _hull(whole, paired_ratio(one, other) if other.any() else unknown)
     return whole
 
 
-def paired_ratio(ours: Bool[np.ndarray, " n"], theirs: Bool[np.ndarray, " n"]) -> Interval:
+def paired_ratio(
+    ours: Bool[np.ndarray, " n"], theirs: Bool[np.ndarray, " n"]
+) -> ConfidenceInterval:
     """The ratio of two rates over the same trials, with its score interval.
 
     The ends are where the score statistic of Nam and Blackwelder (2002, Statistics in
@@ -154,7 +156,7 @@ def paired_ratio(ours: Bool[np.ndarray, " n"], theirs: Bool[np.ndarray, " n"]) -
 
     value = p_ours / p_theirs
     low = 0.0 if p_ours == 0 else _crossing(score, value, _Z, 0.5)
-    return Interval(value, low, _crossing(score, max(value, 1e-9), -_Z, 2.0))
+    return ConfidenceInterval(value, low, _crossing(score, max(value, 1e-9), -_Z, 2.0))
 
 
 def _discordance(

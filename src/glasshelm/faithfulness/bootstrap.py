@@ -15,7 +15,7 @@ Seeds = Sequence[Float[np.ndarray, " s"]]
 Voyages = tuple[np.ndarray, np.ndarray]
 
 
-def mean_with_interval(seeds: Seeds, voyages: Sequence[np.ndarray]) -> tuple[float, float, float]:
+def clustered_mean(seeds: Seeds, voyages: Sequence[np.ndarray]) -> tuple[float, float, float]:
     """A mean over scenes and its 95 % interval: seeds and voyages are drawn as wholes.
 
     Scenes of one voyage resemble each other, and all scenes of one training
@@ -29,7 +29,7 @@ def mean_with_interval(seeds: Seeds, voyages: Sequence[np.ndarray]) -> tuple[flo
     return float(mean), float(low), float(high)
 
 
-def chance_of_no_difference(seeds: Seeds, voyages: Sequence[np.ndarray]) -> float:
+def clustered_p_value(seeds: Seeds, voyages: Sequence[np.ndarray]) -> float:
     """Two-sided bootstrap probability (p) of a mean of 0, drawn as above; nan if there is none."""
     parts = _by_voyage(seeds, voyages)
     if not any(count.sum() for _, count in parts):

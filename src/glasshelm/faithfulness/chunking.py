@@ -12,7 +12,7 @@ Result = TypeVar("Result")
 CHUNK = 64
 
 
-def in_chunks(work: Callable[[Any], Result], scenes: Any) -> Result:
+def map_in_chunks(work: Callable[[Any], Result], scenes: Any) -> Result:
     """``work`` on every scene [s, ...] of a pytree, :data:`CHUNK` at a time, on the host.
 
     The last chunk is filled up with its first scene, so that ``work`` is

@@ -8,7 +8,7 @@ from glasshelm.networks.actors import AttentionActor
 from glasshelm.pilots.learned import LearnedPilot
 
 
-def candidates(entrants: Sequence[Contender]) -> list[tuple[str, list[LearnedPilot]]]:
+def eligible_pilots(entrants: Sequence[Contender]) -> list[tuple[str, list[LearnedPilot]]]:
     """Each entrant's name and seeds. InputError names the first that cannot be examined."""
     return [(entrant.name, _seeds(entrant)) for entrant in entrants]
 

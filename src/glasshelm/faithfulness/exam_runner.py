@@ -16,12 +16,17 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState
 from glasshelm.explain.coalitions import coalitions
 from glasshelm.explain.shapley import value_function
-from glasshelm.faithfulness.chunking import CHUNK, in_chunks
-from glasshelm.faithfulness.counterfactual import turned_without
+from glasshelm.faithfulness.chunking import CHUNK, map_in_chunks
+from glasshelm.faithfulness.counterfactual import heading_effects
 from glasshelm.faithfulness.explainers import Explainer, explainers_for
-from glasshelm.faithfulness.metrics import scores
-from glasshelm.faithfulness.sanity_checks import depth, forgotten, sensitivity, spearman
-from glasshelm.faithfulness.scenes import COUNTS, scenes_of
+from glasshelm.faithfulness.metrics import score_attribution
+from glasshelm.faithfulness.sanity_checks import (
+    count_layers,
+    randomise_weights,
+    sensitivity,
+    spearman,
+)
+from glasshelm.faithfulness.scenes import SHIP_COUNTS, collect_scenes
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
@@ -41,13 +46,13 @@ DRAW = 8
 STAGED = (0, 4)
 
 
-def after_layers(layers: int) -> str:
+def randomised_top(layers: int) -> str:
     """The measure ``forgotten`` when only the top ``layers`` layers were."""
     return f"forgotten_{layers}"
 
 
 @dataclasses.dataclass(frozen=True)
-class Examined:
+class ExamResult:
     """One pilot's explanations: ``told[explainer][measure]`` is one number a scene.
 
     Measures are :data:`MEASURES` and, of some scenes (nan elsewhere), :func:`after_layers`
@@ -57,10 +62,10 @@ class Examined:
 
     pilot: LearnedPilot
     explainers: tuple[Explainer, ...]
-    told: Mapping[str, Mapping[str, Float[np.ndarray, " s"]]]
+    scores: Mapping[str, Mapping[str, Float[np.ndarray, " s"]]]
     voyage: np.ndarray
     ships: np.ndarray
-    own_sensitivity: Float[np.ndarray, " s"]
+    rudder_sensitivity: Float[np.ndarray, " s"]
 
     @property
     def layers(self) -> int:
@@ -68,20 +73,20 @@ class Examined:
         return _layers((self.pilot.actor, self.pilot.critic))
 
 
-def examine(
+def run_exam(
     pilot: LearnedPilot,
     encounters: int = 1000,
     most: int = 400,
-    counts: Sequence[int] = COUNTS,
+    counts: Sequence[int] = SHIP_COUNTS,
     say: Callable[[str, int, int], None] = lambda what, done, of: None,
-) -> Examined:
+) -> ExamResult:
     """Examine every explanation of a pilot in scenes of her own voyages.
 
     ``encounters`` voyages, at most ``most`` scenes of each number of ships;
     ``say`` is told what is being done. InputError if no scene was found in
     which a ship matters.
     """
-    groups = scenes_of(pilot, encounters, most, counts)
+    groups = collect_scenes(pilot, encounters, most, counts)
     if not groups:
         raise InputError(
             f"pilot {pilot.name!r}: in {encounters} encounters no ship moves her rudder by 0.25°; "
@@ -98,12 +103,12 @@ def examine(
         def work(scenes: Chunk, draws: Iterator[int] = draws):
             return _scored(pilot, _forgetful(pilot, next(draws)), explainers, scenes)
 
-        found, jumpy = in_chunks(work, (group.encounter, group.state, keys))
+        found, jumpy = map_in_chunks(work, (group.encounter, group.state, keys))
         own.append(np.asarray(jumpy))
         for name, measures in found.items():
             for measure, values in measures.items():
                 told[name].setdefault(measure, []).append(np.asarray(values))
-    return Examined(
+    return ExamResult(
         pilot,
         explainers,
         {e: {m: np.concatenate(v) for m, v in by.items()} for e, by in told.items()},
@@ -114,7 +119,7 @@ def examine(
 
 
 def _layers(networks: Networks) -> int:
-    return max(map(depth, networks))
+    return max(map(count_layers, networks))
 
 
 def _sittings(layers: int) -> list[tuple[int, int]]:
@@ -128,7 +133,7 @@ def _forgetful(pilot: LearnedPilot, chunk: int) -> Networks:
     networks = (pilot.actor, pilot.critic)
     draws = CHUNK // DRAW
     found = [
-        (forgotten(pilot.actor, seed, top), forgotten(pilot.critic, seed, top))
+        (randomise_weights(pilot.actor, seed, top), randomise_weights(pilot.critic, seed, top))
         for draw, top in _sittings(_layers(networks))
         for seed in [chunk * draws + draw]
     ]
@@ -167,9 +172,9 @@ def _scored(
             return pilot.actor(observation)[None, None]
 
         rudders = jax.vmap(value_function("rudder", pilot.actor, None, observation, 1.0))(inside)
-        turned = jnp.abs(turned_without(pilot.actor, encounter, state, ship))
+        turned = jnp.abs(heading_effects(pilot.actor, encounter, state, ship))
         told = tell(observation, key, networks)
-        found = jax.vmap(lambda e, s: scores(e, rudders, s))(told, signed)
+        found = jax.vmap(lambda e, s: score_attribution(e, rudders, s))(told, signed)
         by_measure = {field: getattr(found, field) for field in MEASURES[:7]} | {
             "simulated": jax.vmap(lambda e: spearman(jnp.abs(e), turned))(told),
             "sensitivity": sensitivity(lambda s: tell(s, key, networks), observation, key),
@@ -212,6 +217,6 @@ def _forgetting(
     for top in range(1, layers + 1):
         rows = np.array([i for i, (_, stage) in enumerate(sittings) if stage == top])
         values = jnp.full(told.shape[:2], jnp.nan).at[which[rows]].set(rho[rows])
-        name = "forgotten" if top == layers else after_layers(top)
+        name = "forgotten" if top == layers else randomised_top(top)
         found[name] = jnp.where(tied, jnp.nan, values)
     return found

@@ -9,20 +9,20 @@ from glasshelm.core.output_dir import atomic_write
 from glasshelm.core.terminal import Terminal, progress
 from glasshelm.core.text import file_name
 from glasshelm.evaluation.result_cache import ResultCache
-from glasshelm.faithfulness.exam_runner import Examined, examine
-from glasshelm.faithfulness.score_cache import kept_or, key_of
+from glasshelm.faithfulness.exam_runner import ExamResult, run_exam
+from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
 from glasshelm.faithfulness.score_plots import scores_figure
-from glasshelm.faithfulness.score_tables import report
+from glasshelm.faithfulness.score_tables import exam_report
 from glasshelm.figures.style import save
 from glasshelm.pilots.learned import LearnedPilot
 
 #: Encounters, scenes at most of each number of ships, numbers of ships.
-What = tuple[int, int, tuple[int, ...]]
+ExamSize = tuple[int, int, tuple[int, ...]]
 
 
-def examine_all(
+def run_exams(
     chosen: Sequence[tuple[str, Sequence[LearnedPilot]]],
-    what: What,
+    what: ExamSize,
     out: Path,
     command: str,
     machine: str,
@@ -45,7 +45,7 @@ def examine_all(
                 kept = ", examined before" if before else ""
                 said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
                 console.say(said)
-            text.append(report(name, examined, command, machine))
+            text.append(exam_report(name, examined, command, machine))
             with atomic_write(out / "exam.md") as partial:
                 partial.write_text("\n".join(text), encoding="utf-8")
             save(scores_figure(examined, name), out / f"exam-{file_name(name)}")
@@ -59,13 +59,13 @@ def examine_all(
 
 
 def _examined(
-    name: str, pilot: LearnedPilot, what: What, out: Path, console: Terminal
-) -> tuple[Examined, bool]:
+    name: str, pilot: LearnedPilot, what: ExamSize, out: Path, console: Terminal
+) -> tuple[ExamResult, bool]:
     with progress(console) as bar:
         task = bar.add_task(name, total=None)
 
         def say(doing: str, done: int, of: int) -> None:
             bar.update(task, description=doing, completed=done, total=of)
 
-        work = partial(examine, pilot, *what, say)
-        return kept_or(work, ResultCache(out / "chunks"), key_of(pilot, *what), pilot)
+        work = partial(run_exam, pilot, *what, say)
+        return load_or_compute(work, ResultCache(out / "chunks"), cache_key(pilot, *what), pilot)

@@ -18,7 +18,7 @@ from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 Kind = Literal["paper", "ours", "null"]
 Part = TypeVar("Part")
 #: (actor, critic, what is seen, key) -> one number a ship.
-Of = Callable[
+AttributionFn = Callable[
     [Actor, SubTaskCritic | None, Observation, PRNGKeyArray],
     Float[Array, " n"],
 ]
@@ -31,7 +31,7 @@ class Explainer:
     name: str
     title: str
     kind: Kind
-    of: Of
+    of: AttributionFn
     signed: bool = False
     needs_attention: bool = False
     needs_critic: bool = False
@@ -43,7 +43,7 @@ class Explainer:
         return critic is not None or not self.needs_critic
 
 
-def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> Of:
+def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> AttributionFn:
     """A part of the explanation that every decision carries."""
 
     def of(actor, critic, observation, key):

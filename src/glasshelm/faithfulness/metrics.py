@@ -29,10 +29,10 @@ class Scores(eqx.Module):
     deletion: Float[Array, ""]
     insertion: Float[Array, ""]
     infidelity: Float[Array, ""]
-    as_told: Float[Array, ""]
+    unscaled_infidelity: Float[Array, ""]
 
 
-def scores(
+def score_attribution(
     told: Float[Array, " n"], worth: Float[Array, " k"], signed: bool | Bool[Array, ""]
 ) -> Scores:
     """The scores of an explanation ``told`` against the rudders ``worth`` of all coalitions.

@@ -29,7 +29,7 @@ DRAWS = 10
 _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx", "vy"))
 
 
-def shaken(observation: Observation, key: PRNGKeyArray) -> Observation:
+def perturb_sensors(observation: Observation, key: PRNGKeyArray) -> Observation:
     """The same scene through sensors that err: one offset a ship, the same in all five frames.
 
     Offsets are uniform in ± :data:`POSITION_M` and ± :data:`VELOCITY_M_S` on each
@@ -54,12 +54,14 @@ def sensitivity(
     let the rudder be one of them.
     """
     told = tell(observation)
-    others = jax.vmap(lambda draw: tell(shaken(observation, draw)))(jax.random.split(key, DRAWS))
+    others = jax.vmap(lambda draw: tell(perturb_sensors(observation, draw)))(
+        jax.random.split(key, DRAWS)
+    )
     worst = jnp.linalg.norm(others - told, axis=-1).max(0)
     return worst / jnp.maximum(jnp.linalg.norm(told, axis=-1), 1e-9)
 
 
-def forgotten(network: Network, seed: int, layers: int | None = None) -> Network:
+def randomise_weights(network: Network, seed: int, layers: int | None = None) -> Network:
     """The network with the weights of its top layers exchanged within each matrix, at random.
 
     ``layers`` are counted from the output down; None: all. Shapes and scales
@@ -81,7 +83,7 @@ def forgotten(network: Network, seed: int, layers: int | None = None) -> Network
     return jax.tree.unflatten(tree, mixed)
 
 
-def depth(network: Actor | SubTaskCritic | None) -> int:
+def count_layers(network: Actor | SubTaskCritic | None) -> int:
     """The number of layers that there are to forget, one after the other."""
     return len(_from_output(network))
 

@@ -14,18 +14,18 @@ from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState, reset, step
 from glasshelm.explain.shapley import exact_shapley, value_function
-from glasshelm.faithfulness.chunking import in_chunks
+from glasshelm.faithfulness.chunking import map_in_chunks
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.validation import evaluation_set
 
 #: A scene counts if some ship moves the rudder by so much (Shapley value of the rudder) [rad].
-MATTERS_RAD = float(np.radians(0.25))
+MIN_SHAPLEY_RAD = float(np.radians(0.25))
 #: Voyages of 2400 s, looked at every 100 s from 100 s on.
-STEPS, EVERY = 480, 20
+STEPS, SAMPLE_EVERY = 480, 20
 #: Numbers of ships asked about: with one there is nothing to tell apart.
-COUNTS = (2, 3, 4, 5, 6)
+SHIP_COUNTS = (2, 3, 4, 5, 6)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Scenes:
         return len(self.voyage)
 
 
-def scenes_of(
-    pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int] = COUNTS
+def collect_scenes(
+    pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int] = SHIP_COUNTS
 ) -> list[Scenes]:
     """Scenes of a pilot's voyages through the fixed random encounters, by number of ships.
 
@@ -74,7 +74,7 @@ def scenes_of(
         state = jax.tree.map(lambda x, v=voyage: x[:, v], states)
         state = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), _only_seen(state, place))
         whose = np.tile(np.arange(len(voyage)), instants)
-        telling = np.flatnonzero(in_chunks(partial(_matters, pilot), state.observation))
+        telling = np.flatnonzero(map_in_chunks(partial(_matters, pilot), state.observation))
         chosen = telling[np.linspace(0, len(telling) - 1, min(most, len(telling))).astype(int)]
         if len(chosen) == 0:
             continue
@@ -99,11 +99,11 @@ def _voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> EnvState:
         return moved(encounters, state, action), None
 
     def leap(state: EnvState, _: None):
-        state, _ = jax.lax.scan(tick, state, None, length=EVERY)
+        state, _ = jax.lax.scan(tick, state, None, length=SAMPLE_EVERY)
         return state, state
 
     start = jax.vmap(lambda e: reset(e, ship))(encounters)
-    return jax.lax.scan(leap, start, None, length=STEPS // EVERY)[1]
+    return jax.lax.scan(leap, start, None, length=STEPS // SAMPLE_EVERY)[1]
 
 
 def _only(encounter: Encounter, place: Int[np.ndarray, "v n"]) -> Encounter:
@@ -142,4 +142,4 @@ def _matters(pilot: LearnedPilot, observation: Observation) -> Array:
         worth = value_function("rudder", pilot.actor, None, observation, limit)
         return jnp.abs(exact_shapley(worth, observation.present.shape[-1]).by_ship).max()
 
-    return jax.vmap(largest)(observation) >= MATTERS_RAD
+    return jax.vmap(largest)(observation) >= MIN_SHAPLEY_RAD

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from glasshelm.evaluation.contenders import code_digest, digest_of
-from glasshelm.evaluation.result_cache import Found, ResultCache
-from glasshelm.faithfulness.exam_runner import Examined
+from glasshelm.evaluation.contenders import code_digest, pilot_digest
+from glasshelm.evaluation.result_cache import Columns, ResultCache
+from glasshelm.faithfulness.exam_runner import ExamResult
 from glasshelm.faithfulness.explainers import explainers_for
 from glasshelm.pilots.learned import LearnedPilot
 
@@ -21,15 +21,15 @@ _ROOMS = (
 )  # fmt: skip
 
 
-def key_of(pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int]) -> str:
+def cache_key(pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int]) -> str:
     """What everything that the scores depend on comes to: weights, ship, scenes, code."""
-    told = f"{code_digest(_ROOMS)} {digest_of(pilot)} {encounters} {most} {tuple(counts)}"
+    told = f"{code_digest(_ROOMS)} {pilot_digest(pilot)} {encounters} {most} {tuple(counts)}"
     return "explanations-" + hashlib.sha256(told.encode()).hexdigest()[:32]
 
 
-def kept_or(
-    examine: Callable[[], Examined], kept: ResultCache, key: str, pilot: LearnedPilot
-) -> tuple[Examined, bool]:
+def load_or_compute(
+    examine: Callable[[], ExamResult], kept: ResultCache, key: str, pilot: LearnedPilot
+) -> tuple[ExamResult, bool]:
     """The scores kept under ``key``, or those of ``examine``, which are then kept; and whether
     they were there already."""
     found = kept.read(key)
@@ -40,26 +40,26 @@ def kept_or(
     return examined, False
 
 
-def _found(examined: Examined) -> Found:
+def _found(examined: ExamResult) -> Columns:
     scores = {
         f"told.{name}.{measure}": np.asarray(values)
-        for name, measures in examined.told.items()
+        for name, measures in examined.scores.items()
         for measure, values in measures.items()
     }
     return scores | {
         "voyage": examined.voyage,
         "ships": examined.ships,
-        "own_sensitivity": examined.own_sensitivity,
+        "own_sensitivity": examined.rudder_sensitivity,
     }
 
 
-def _examined(pilot: LearnedPilot, found: Found) -> Examined:
+def _examined(pilot: LearnedPilot, found: Columns) -> ExamResult:
     told: dict[str, dict[str, np.ndarray]] = {}
     for place, values in found.items():
         if place.startswith("told."):
             _, name, measure = place.split(".")
             told.setdefault(name, {})[measure] = values
-    return Examined(
+    return ExamResult(
         pilot,
         explainers_for(pilot.actor, pilot.critic),
         told,

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from glasshelm.core.text import markdown_code, markdown_text
-from glasshelm.faithfulness.bootstrap import chance_of_no_difference, holm, mean_with_interval
-from glasshelm.faithfulness.exam_runner import MEASURES, Examined, after_layers
+from glasshelm.faithfulness.bootstrap import clustered_mean, clustered_p_value, holm
+from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
 
-HEADERS = {
+MEASURE_TITLES = {
     "kendall": "τ_b with φ",
     "top": "same first ship",
     "sign": "right side",
@@ -21,22 +21,22 @@ HEADERS = {
     "forgotten": "ρ after forgetting",
 }
 #: Measures of truth by which the verdict is given: larger is better.
-DECIDING = ("kendall", "deletion", "insertion", "simulated")
+TRUTH_MEASURES = ("kendall", "deletion", "insertion", "simulated")
 
 #: The explanations of the paper, and the null that they are held against.
 _PAPERS = ("attention", "danger", "priority", "intention", "intention_level")
 NULL = "cpa"
 
-Seeds = Sequence[Examined]
+Seeds = Sequence[ExamResult]
 
 
-def report(name: str, seeds: Seeds, command: str, machine: str) -> str:
+def exam_report(name: str, seeds: Seeds, command: str, machine: str) -> str:
     """The table of one pilot (its training seeds together) and the verdict."""
     first = seeds[0]
     scenes = sum(len(s.voyage) for s in seeds)
     voyages = sum(len(np.unique(s.voyage)) for s in seeds)
     hashes = ", ".join(f"`{(s.pilot.weights_sha256 or '')[:8]}`" for s in seeds)
-    own = np.mean([np.median(s.own_sensitivity) for s in seeds])
+    own = np.mean([np.median(s.rudder_sensitivity) for s in seeds])
     plural = "s" if len(seeds) > 1 else ""
     lines = [
         f"## {markdown_text(name)}",
@@ -44,7 +44,7 @@ def report(name: str, seeds: Seeds, command: str, machine: str) -> str:
         f"{scenes:,} scenes of {voyages:,} voyages, {len(seeds)} seed{plural}. Weights (SHA-256): "
         f"{hashes}. {machine}. {markdown_code(command)}",
         "",
-        "| explanation | " + " | ".join(HEADERS[m] for m in MEASURES) + " |",
+        "| explanation | " + " | ".join(MEASURE_TITLES[m] for m in MEASURES) + " |",
         "|---|" + "---|" * len(MEASURES),
     ]
     for explainer in first.explainers:
@@ -56,14 +56,14 @@ def report(name: str, seeds: Seeds, command: str, machine: str) -> str:
         "each for itself.",
         "",
         *_staged(seeds),
-        *verdicts(seeds),
+        *conclusions(seeds),
     ]
     return "\n".join(lines) + "\n"
 
 
 def _cell(seeds: Seeds, explainer: str, measure: str) -> str:
     if measure == "sensitivity":
-        middle = np.median(np.concatenate([s.told[explainer][measure] for s in seeds]))
+        middle = np.median(np.concatenate([s.scores[explainer][measure] for s in seeds]))
         return f"{middle:.2f}"
     value, low, high = score_of(seeds, explainer, measure)
     if not np.isfinite(value):
@@ -73,15 +73,15 @@ def _cell(seeds: Seeds, explainer: str, measure: str) -> str:
 
 def score_of(seeds: Seeds, explainer: str, measure: str) -> tuple[float, float, float]:
     """The mean of a measure and its interval."""
-    return mean_with_interval(
-        [np.asarray(s.told[explainer][measure]) for s in seeds], [s.voyage for s in seeds]
+    return clustered_mean(
+        [np.asarray(s.scores[explainer][measure]) for s in seeds], [s.voyage for s in seeds]
     )
 
 
 def _staged(seeds: Seeds) -> list[str]:
     """ρ after the top 1, 2, … layers were forgotten, of what is made of the networks."""
     layers = min(s.layers for s in seeds)
-    measures = [after_layers(top) for top in range(1, layers)] + ["forgotten"]
+    measures = [randomised_top(top) for top in range(1, layers)] + ["forgotten"]
     lines = [
         f"ρ after forgetting, layer by layer from the output down (of {layers}; before the last "
         "of one scene in four):",
@@ -96,13 +96,13 @@ def _staged(seeds: Seeds) -> list[str]:
     return [*lines, ""]
 
 
-def verdicts(seeds: Seeds) -> list[str]:
+def conclusions(seeds: Seeds) -> list[str]:
     """Does each explanation of the paper tell more than the CPA figures alone? In words.
 
     All comparisons of one pilot are corrected together.
     """
     names = {e.name: e.title for e in seeds[0].explainers}
-    pairs = [(ours, measure) for ours in _PAPERS if ours in names for measure in DECIDING]
+    pairs = [(ours, measure) for ours in _PAPERS if ours in names for measure in TRUTH_MEASURES]
     gaps = [_gap(seeds, ours, measure) for ours, measure in pairs]
     held = dict(zip(pairs, holm([chance for _, chance in gaps]), strict=True))
     sign = {pair: mean for pair, (mean, _) in zip(pairs, gaps, strict=True)}
@@ -113,25 +113,29 @@ def verdicts(seeds: Seeds) -> list[str]:
     ]
     for ours in _PAPERS:
         if ours in names:
-            better = [HEADERS[m] for m in DECIDING if held[ours, m] and sign[ours, m] > 0]
-            worse = [HEADERS[m] for m in DECIDING if held[ours, m] and sign[ours, m] < 0]
+            better = [
+                MEASURE_TITLES[m] for m in TRUTH_MEASURES if held[ours, m] and sign[ours, m] > 0
+            ]
+            worse = [
+                MEASURE_TITLES[m] for m in TRUTH_MEASURES if held[ours, m] and sign[ours, m] < 0
+            ]
             said.append(f"- {_against(names[ours], names[NULL], better, worse)}")
     best = max(
         (e.name for e in seeds[0].explainers if e.name != "shapley"),
-        key=lambda e: np.nanmean([score_of(seeds, e, m)[0] for m in DECIDING]),
+        key=lambda e: np.nanmean([score_of(seeds, e, m)[0] for m in TRUTH_MEASURES]),
     )
     said.append(
-        f"- By the mean of the same {len(DECIDING)} scores the truest, next to the Shapley value "
-        f"of the rudder itself, is: {names[best]}."
+        f"- By the mean of the same {len(TRUTH_MEASURES)} scores the truest, next to the Shapley "
+        f"value of the rudder itself, is: {names[best]}."
     )
     return said
 
 
 def _gap(seeds: Seeds, ours: str, measure: str) -> tuple[float, float]:
     """How much more than the null an explanation has of a score, and the chance that it is 0."""
-    gaps = [np.asarray(s.told[ours][measure]) - s.told[NULL][measure] for s in seeds]
+    gaps = [np.asarray(s.scores[ours][measure]) - s.scores[NULL][measure] for s in seeds]
     voyages = [s.voyage for s in seeds]
-    return mean_with_interval(gaps, voyages)[0], chance_of_no_difference(gaps, voyages)
+    return clustered_mean(gaps, voyages)[0], clustered_p_value(gaps, voyages)
 
 
 def _against(title: str, other: str, better: list[str], worse: list[str]) -> str:

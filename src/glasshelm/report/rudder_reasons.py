@@ -9,7 +9,7 @@ and the Rules are heard where they disagree.
 
 import numpy as np
 
-from glasshelm.colregs.rule_text import Kinds, rule_against
+from glasshelm.colregs.rule_text import EncounterTypes, conflicting_rule
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.frames.episodes import Episode
 from glasshelm.frames.phrases import NOTHING, approach, listed, miles, side, tenths, where
@@ -105,7 +105,10 @@ def _others(rest: list[Share], after_some: bool) -> str:
 
 
 def doubts(
-    voyage: Series, episode: Episode, told_at: int | None = None, kinds: Kinds | None = None
+    voyage: Series,
+    episode: Episode,
+    told_at: int | None = None,
+    kinds: EncounterTypes | None = None,
 ) -> str:
     """Where attention (Eq. 23), the critic (Eq. 22) or the Rules say otherwise; else empty.
 
@@ -118,7 +121,7 @@ def doubts(
     moving = [] if cut is None else [one.ship for one in _told(cut.moving)]
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
     if cut is not None and moving:
-        said.append(rule_against(voyage, moving[0], k, cut.way, kinds))
+        said.append(conflicting_rule(voyage, moving[0], k, cut.way, kinds))
     return " ".join(f"{text}." for text in said if text)
 
 

@@ -45,7 +45,7 @@ class Lookout:
         for line in before:
             frame = decoder.decode(line)
             self._recent.append(frame)
-            self._rules.see(frame)
+            self._rules.update(frame)
 
     def recent(self, count: int) -> tuple[Frame, ...]:
         """The last frames seen, as far as there are so many."""
@@ -58,7 +58,7 @@ class Lookout:
             self._listed = self.alarms.see(frame)
         meetings: dict[str, Meeting] = {}
         with self.faults.contained("telling the rules"):
-            meetings = self._rules.see(frame)
+            meetings = self._rules.update(frame)
         sentence = None
         with self.faults.contained("telling the sentence"):
             sentence = self._sentence(ahead)

@@ -55,11 +55,11 @@ def drawn_suite(
     name: str, note: str, ship: ShipParams, count: int, settings: RandomEncounters
 ) -> Suite:
     """``count`` random encounters, the same for every pilot and every ship of that speed."""
-    encounters = draw(ship, count, settings)
-    return Suite(name, note, plain_cases(encounters, ship), tuple(map(str, range(count))))
+    encounters = numbered_encounters(ship, count, settings)
+    return Suite(name, note, undisturbed_cases(encounters, ship), tuple(map(str, range(count))))
 
 
-def draw(ship: ShipParams, count: int, settings: RandomEncounters) -> Encounter:
+def numbered_encounters(ship: ShipParams, count: int, settings: RandomEncounters) -> Encounter:
     """Encounters 0 to ``count`` - 1: the first ones are the same whatever the count."""
     return _draw(jnp.arange(count), ship, settings)
 
@@ -72,27 +72,27 @@ def _draw(numbers: Array, ship: ShipParams, settings: RandomEncounters) -> Encou
     return jax.vmap(one)(numbers)
 
 
-def plain_cases(encounters: Encounter, ship: ShipParams) -> Case:
+def undisturbed_cases(encounters: Encounter, ship: ShipParams) -> Case:
     """Cases of encounters whose ships are all as large as own ship, seen as they are."""
     present = np.asarray(encounters.present)
     count = present.shape[0]
-    duration_s = np.asarray(jax.jit(jax.vmap(lambda e: conflicts_past_s(e, ship)))(encounters))
+    duration_s = np.asarray(jax.jit(jax.vmap(lambda e: case_duration_s(e, ship)))(encounters))
     size = np.ones(present.shape, np.float32)
     return Case(
         jax.tree.map(np.asarray, encounters),
-        repeated(ship, count),
+        broadcast_ship(ship, count),
         np.round(duration_s / _STEP_S).astype(np.int32),
         size * np.float32(ship.loa_m),
         size * np.float32(ship.beam_m),
     )
 
 
-def repeated(ship: ShipParams, count: int) -> ShipParams:
+def broadcast_ship(ship: ShipParams, count: int) -> ShipParams:
     """A batch of one and the same ship."""
     return jax.tree.map(lambda x: np.full(count, x, np.float32), ship)
 
 
-def conflicts_past_s(encounter: Encounter, ship: ShipParams) -> Float[Array, ""]:
+def case_duration_s(encounter: Encounter, ship: ShipParams) -> Float[Array, ""]:
     """When every planned conflict is past [s]: the ships that would pass within 6.4 LOA.
 
     The CPAs are those of ships that all keep straight on; between 2400 s and an hour.

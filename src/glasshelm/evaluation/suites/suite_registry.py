@@ -18,7 +18,7 @@ RANDOM_COUNT, DRAWN_COUNT = 10_000, 1000
 NAMES = "random, congested, imazu, disturbed, recorded, recorded:FILE, situations:FOLDER"
 
 
-def suites_named(
+def build_suites(
     names: Sequence[str], ship: ShipParams, encounters: int | None = None
 ) -> list[Suite]:
     """The suites of these names for a ship; ``encounters`` sizes those that are drawn.
