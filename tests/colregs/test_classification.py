@@ -7,7 +7,8 @@ import pytest
 from tests.evaluation.cases import SPEED
 
 from glasshelm.colregs import compliance
-from glasshelm.colregs.classification import EncounterType, MeetingFacts, classify
+from glasshelm.colregs.classification import EncounterType, classify
+from glasshelm.colregs.compliance import MeetingFacts
 from glasshelm.core.geometry import velocity
 from glasshelm.encounters.types import Motion
 from glasshelm.ship.nomoto import ShipState
@@ -37,7 +38,7 @@ def sail(target, turn_deg=0.0, begins=TURN, steps=480):
         )  # fmt: skip
         zero = jnp.zeros(())
         own = ShipState(own_east, own_north, heading, zero, zero, zero + SPEED)
-        return (own_east, own_north, heading, meetings.after(own, v, change, motion, time)), None
+        return (own_east, own_north, heading, meetings.updated(own, v, change, motion, time)), None
 
     zero = jnp.zeros(())
     start = (zero, zero, zero, MeetingFacts.initial(1))
@@ -78,7 +79,7 @@ def test_the_limit_of_overtaking_is_22_5_degrees_abaft_the_beam():
     """Own ship, faster, coming up from 23 and from 22 degrees abaft the other's beam."""
     aspects = jnp.radians(jnp.array([113.0, 112.0]))
     found = classify(jnp.zeros(2), aspects, jnp.ones(2, bool))
-    assert found.tolist() == [EncounterType.OVERTAKING, EncounterType.CROSSING_STAND_ON]
+    assert found.tolist() == [EncounterType.OVERTAKING, EncounterType.CROSSING_GIVE_WAY]
 
 
 def test_no_meeting_without_risk():

@@ -1,19 +1,36 @@
-"""What the Rules ask of own ship in each kind of meeting, judged from its facts.
+"""What own ship did in each encounter, and whether that complied with the Rules.
 
-After Woerner et al. (2018): every Rule becomes conditions on the track that can be
-checked. Their continuous scores are not used: a rate of meetings can be
+A *meeting* is the encounter with one target from the first risk of collision until it is past
+and clear. Its type is taken at that first instant and does not change (Rule 13(d)).
+:class:`MeetingFacts` records what happened: when, how far and to which side own ship altered,
+how near the ships came and on which side they passed. :data:`CRITERIA` judges the facts.
+
+Facts and criteria follow Woerner et al. (2018, Autonomous Robots, doi
+10.1007/s10514-018-9765-y). Their continuous scores are not used: a rate of meetings can be
 counted, given an interval, and looked up one by one.
 """
 
 import math
 from collections.abc import Callable, Mapping
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.colregs.classification import ALTERATION_RAD, RISK_DCPA_M, EncounterType
-from glasshelm.ship.nomoto import NAUTICAL_MILE_M
+from glasshelm.colregs.classification import (
+    RISK_DCPA_M,
+    VISIBILITY_M,
+    EncounterType,
+    classify,
+    risk_of_collision,
+)
+from glasshelm.core.geometry import Vector, closest_approach, direction, norm, to_body, velocity
+from glasshelm.encounters.types import Motion
+from glasshelm.ship.nomoto import NAUTICAL_MILE_M, ShipState
 
+#: A smaller change of course is not an alteration.
+ALTERATION_RAD = math.radians(10.0)
 #: An alteration "large enough to be readily apparent" (Rule 8(b)).
 SUBSTANTIAL_RAD = math.radians(30.0)
 #: Early (Rules 8(a), 16): altered while at least this much of the way from first risk to the
@@ -21,6 +38,94 @@ SUBSTANTIAL_RAD = math.radians(30.0)
 EARLY_FRACTION = 0.5
 #: The stand-on ship must hold on until she may act herself (Rule 17(a)(ii)): taken as 3 NM.
 MAY_ACT_M = 3 * NAUTICAL_MILE_M
+
+
+class MeetingFacts(eqx.Module):
+    """The facts of a voyage's meetings so far, one a target slot.
+
+    ``kind`` is 0 until there is risk; then ``risk_*`` holds the time, range and
+    TCPA of that instant. ``starboard_rad`` and ``port_rad`` are the largest
+    alterations to either side until the closest approach is past, ``act_*`` the range and
+    TCPA at the first alteration of ten degrees, ``act_side`` its side (1 starboard,
+    −1 port, 0 none). ``nearest_m`` is the least range since, ``nearest_bearing_rad`` the
+    target's bearing then. ``ahead_m`` is how far ahead of the target's
+    middle own ship crossed her course line (negative: astern), 0 if she did not.
+    """
+
+    kind: Int[Array, "*n"]
+    risk_time_s: Float[Array, "*n"]
+    risk_range_m: Float[Array, "*n"]
+    risk_tcpa_s: Float[Array, "*n"]
+    turned_rad: Float[Array, "*n"]
+    starboard_rad: Float[Array, "*n"]
+    port_rad: Float[Array, "*n"]
+    act_range_m: Float[Array, "*n"]
+    act_tcpa_s: Float[Array, "*n"]
+    act_side: Int[Array, "*n"]
+    past: Bool[Array, "*n"]
+    nearest_m: Float[Array, "*n"]
+    nearest_bearing_rad: Float[Array, "*n"]
+    across_m: Float[Array, "*n"]
+    ahead_m: Float[Array, "*n"]
+
+    @classmethod
+    def initial(cls, slots: int) -> "MeetingFacts":
+        """Before the first instant."""
+        zero, nothing = jnp.zeros(slots), jnp.zeros(slots, jnp.int32)
+        return cls(
+            nothing, zero, zero, zero, zero, zero, zero, zero, zero, nothing,
+            jnp.zeros(slots, bool), jnp.full(slots, jnp.inf), zero, zero, zero,
+        )  # fmt: skip
+
+    def updated(
+        self,
+        own: ShipState,
+        own_velocity: Vector,
+        turn_rad: Float[Array, ""],
+        targets: Motion,
+        time_s: Float[Array, ""],
+    ) -> "MeetingFacts":
+        """With one more instant; ``turn_rad`` is the change of heading since the last one.
+
+        ``own_velocity`` (east, north) is own ship's over ground.
+        """
+        away = Vector(targets.east_m - own.east_m, targets.north_m - own.north_m)
+        range_m = norm(away)
+        theirs = velocity(targets.course_rad, targets.speed_m_s)
+        cpa = closest_approach(away, Vector(theirs.x - own_velocity.x, theirs.y - own_velocity.y))
+        bearing = direction(to_body(away, own.heading_rad))
+        from_them = to_body(Vector(-away.x, -away.y), targets.course_rad)
+        risk = targets.present & risk_of_collision(
+            cpa.dcpa_m, cpa.tcpa_s, range_m, norm(own_velocity), targets.speed_m_s
+        )
+        types = classify(bearing, direction(from_them), own.speed_m_s > targets.speed_m_s)
+        first = (self.kind == EncounterType.NONE) & risk
+        met = targets.present & ((self.kind != EncounterType.NONE) | first)
+        turned = jnp.where(first, 0.0, self.turned_rad + turn_rad)
+        open_ = met & ~self.past
+        acts = open_ & (self.act_side == 0) & (jnp.abs(turned) >= ALTERATION_RAD)
+        nearer = met & (range_m < self.nearest_m)
+        # Her course line is crossed where own ship changes sides of it, once risk exists.
+        crosses = met & ~first & (self.across_m * from_them.x < 0) & (self.ahead_m == 0)
+        crosses &= range_m <= VISIBILITY_M
+        return MeetingFacts(
+            jnp.where(first, types, self.kind),
+            jnp.where(first, time_s, self.risk_time_s),
+            jnp.where(first, range_m, self.risk_range_m),
+            jnp.where(first, cpa.tcpa_s, self.risk_tcpa_s),
+            turned,
+            jnp.where(open_, jnp.maximum(self.starboard_rad, turned), self.starboard_rad),
+            jnp.where(open_, jnp.maximum(self.port_rad, -turned), self.port_rad),
+            jnp.where(acts, range_m, self.act_range_m),
+            jnp.where(acts, cpa.tcpa_s, self.act_tcpa_s),
+            jnp.where(acts, jnp.sign(turned), self.act_side).astype(jnp.int32),
+            self.past | (met & (cpa.tcpa_s <= 0)),
+            jnp.where(nearer, range_m, self.nearest_m),
+            jnp.where(nearer, bearing, self.nearest_bearing_rad),
+            from_them.x,
+            jnp.where(crosses, from_them.y, self.ahead_m),
+        )
+
 
 Facts = Mapping[str, np.ndarray]
 Judged = Bool[np.ndarray, " n"]

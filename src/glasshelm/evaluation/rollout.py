@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.colregs.classification import MeetingFacts
+from glasshelm.colregs.compliance import MeetingFacts
 from glasshelm.core.geometry import Vector, closest_approach, norm, velocity, wrap_angle
 from glasshelm.encounters.types import Motion
 from glasshelm.env.observe import Observation

@@ -113,7 +113,7 @@ def doubts(
     """Where attention (Eq. 23), the critic (Eq. 22) or the Rules say otherwise; else empty.
 
     Attention is mentioned where it lies with the ship that moves the rudder most, too.
-    ``kinds`` are those of :func:`glasshelm.colregs.rule_text.rule_against`.
+    ``kinds`` are those of :func:`glasshelm.colregs.rule_text.conflicting_rule`.
     """
     k = episode.start if told_at is None else told_at
     at = acting(voyage, episode)
