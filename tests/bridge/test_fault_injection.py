@@ -101,7 +101,7 @@ class Watched:
         """The frames of all logs, which can be read."""
         frames = []
         for path in sorted(folder.glob("*.jsonl")):
-            frames += [frame.time_s for frame in frame_log.read(path)]
+            frames += [frame.time_s for frame in frame_log.read_log(path)]
         return frames
 
     def close(self) -> None:
@@ -243,7 +243,9 @@ def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, mo
     shown, times = asyncio.run(voyage())
     assert shown >= 5  # it takes some reports to believe another time
     assert times == [5.0 * k for k in range(len(times))]
-    logs = [[frame.time_s for frame in frame_log.read(path)] for path in tmp_path.glob("*.jsonl")]
+    logs = [
+        [frame.time_s for frame in frame_log.read_log(path)] for path in tmp_path.glob("*.jsonl")
+    ]
     assert times in logs
 
 

@@ -95,7 +95,9 @@ def test_play_goes_on_at_the_same_step_when_the_fault_is_gone(
             await played.step()
         assert played.conductor.troubles == []
         assert played.times == [5.0 * k for k in range(5)]
-        logs = [[f.time_s for f in frame_log.read(log)] for log in sorted(folder.glob("*.jsonl"))]
+        logs = [
+            [f.time_s for f in frame_log.read_log(log)] for log in sorted(folder.glob("*.jsonl"))
+        ]
         assert logs == [played.times] * (1 + compared)
         played.conductor.close()
         return failed
@@ -128,7 +130,7 @@ def test_what_is_asked_on_a_failing_disk_is_refused_and_can_be_asked_again(
         await played.step()
         assert played.times == [5.0 * k for k in range(int(at) // 5 + 2)]
         assert played.conductor.troubles == []
-        read = [f.time_s for f in frame_log.read(played.session.record.path)]
+        read = [f.time_s for f in frame_log.read_log(played.session.record.path)]
         assert read == played.times
         played.conductor.close()
         return failed
@@ -151,12 +153,12 @@ def test_a_log_removed_under_a_voyage_is_there_again_whole(tmp_path):
     played = asyncio.run(voyage())
     assert played.times == [0.0, 5.0, 10.0, 15.0]
     (log,) = tmp_path.glob("*.jsonl")
-    assert [f.time_s for f in frame_log.read(log)] == played.times
+    assert [f.time_s for f in frame_log.read_log(log)] == played.times
     played.conductor.close()
 
 
 def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
-    frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    frame_log.write_log(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
     disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
 
     async def voyage():
@@ -177,7 +179,7 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
 
 
 def test_a_log_that_shrank_is_told(tmp_path):
-    frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    frame_log.write_log(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
     record = SessionLog(tmp_path / "a.jsonl", fresh=False)
     os.truncate(tmp_path / "a.jsonl", 100)
     with pytest.raises(InputError, match=r"a\.jsonl: cannot read the log \(it was cut off\)"):
@@ -188,10 +190,10 @@ def test_a_log_that_shrank_is_told(tmp_path):
 def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end):
     monkeypatch.setattr(frame_log, "LONGEST", 10_000)
     path = tmp_path / "a.jsonl"
-    frame_log.write(path, [frame(0.0)])
+    frame_log.write_log(path, [frame(0.0)])
     with open(path, "ab") as file:
         file.write(b"x" * 20_000 + end)
-    for read in (lambda: SessionLog(path, fresh=False), lambda: list(frame_log.read(path))):
+    for read in (lambda: SessionLog(path, fresh=False), lambda: list(frame_log.read_log(path))):
         with pytest.raises(InputError, match="line 2 is longer than any frame"):
             read()
 
@@ -199,7 +201,7 @@ def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end
 def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(record_module, "_TOLD_BYTES", 1000)
     path = tmp_path / "a.jsonl"
-    frame_log.write(path, [frame(5 * k, Other()) for k in range(20)])
+    frame_log.write_log(path, [frame(5 * k, Other()) for k in range(20)])
     shares: list[float] = []
     SessionLog(path, False, shares.append)
     assert shares == sorted(shares)

@@ -127,7 +127,7 @@ def flood(tmp_path, monkeypatch):
     # However slow the machine, she who does not read is not dropped before the end.
     monkeypatch.setattr(connections, "STALL_S", 600.0)
     record = SessionLog(tmp_path / "long.jsonl", fresh=True)
-    others = [Other(str(k), east_m=5000.0 + 100 * k, fed=False) for k in range(330)]
+    others = [Other(str(k), east_m=5000.0 + 100 * k, selected=False) for k in range(330)]
     for k in range(400):
         record.append(frame(5 * k, *others))
     record.close()

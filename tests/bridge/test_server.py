@@ -109,7 +109,7 @@ def test_a_voyage_is_played_paused_sought_and_logged(tmp_path):
         log = tmp_path / viewer.session["log"]
         whole = [json.loads(line) for line in log.read_text().splitlines()]
         assert whole[:5] == viewer.frames
-        assert len(list(frame_log.read(log))) == 301
+        assert len(list(frame_log.read_log(log))) == 301
 
 
 def test_a_late_joiner_gets_what_the_others_have_and_all_see_the_same(tmp_path):

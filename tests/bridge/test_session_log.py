@@ -18,7 +18,7 @@ def written(path, frames=FRAMES) -> SessionLog:
 
 def test_the_record_is_a_log_and_a_log_is_a_record(tmp_path):
     record = written(tmp_path / "a.jsonl")
-    assert list(frame_log.read(record.path)) == FRAMES
+    assert list(frame_log.read_log(record.path)) == FRAMES
     record.close()
     again = SessionLog(record.path, fresh=False)
     for one in (record_of(again), [again.frame(k) for k in range(len(again))]):

@@ -41,8 +41,8 @@ def run(
             signalk://HOST[:PORT], signalks://HOST[:PORT] (TLS), live:path/to/recording.nmea (a
             file, as if it were now). The page can open others of its menu.
         pilot: A bundled pilot (by default the ship's), straight, a planner (paper-planner,
-            large-ship-planner), or a .safetensors file; a learned one followed by -guarded is he
-            under guard (paper-sum-guarded).
+            large-ship-planner), or a .safetensors file; a learned one followed by -guarded is
+            that pilot under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded and live traffic, the MMSI to take as own ship; "recorded" is the recorder
             of recorded traffic. Live, she is known without it by her AIVDO or sensors (NMEA 0183)

@@ -16,7 +16,7 @@ def run(
     """Put every explanation of a pilot to the test: exam.md and figures.
 
     Each is asked what the pilot would do if ships were not there, and the
-    pilot is asked too. Scores and nulls: docs/explanations.md. Finished
+    pilot is asked too. Scores and nulls: docs/explanation/explanations.md. Finished
     pilots are kept in OUT/chunks: the same command goes on where Ctrl-C stopped it.
 
     Args:

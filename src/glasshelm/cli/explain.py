@@ -22,7 +22,7 @@ def run(
     """Sail an encounter and tell its story: frames.jsonl, figures and report.html.
 
     The figures are those of the paper (7-11, 13-15) and some more, each as PDF
-    and PNG. A log of an earlier voyage (a .jsonl file) is told without sailing
+    and PNG. A log of an earlier voyage (a .jsonl file) is reported without simulating
     it again. Ctrl-C ends the voyage; the frames sailed so far stay.
 
     Args:
@@ -30,7 +30,7 @@ def run(
             path/to/situation.json, path/to/ais.csv, or a log: path/to/frames.jsonl
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
-            one followed by -guarded is he under guard (paper-sum-guarded).
+            one followed by -guarded is that pilot under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
@@ -50,7 +50,7 @@ def run(
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
     from glasshelm.core.terminal import Terminal, print_result, progress
-    from glasshelm.frames.frame_log import read
+    from glasshelm.frames.frame_log import read_log
     from glasshelm.whatif.logged_world import pilot_of
 
     console = Terminal()
@@ -60,7 +60,7 @@ def run(
         if advise or any(x is not None for x in (pilot, ship, own, at, minutes, steps)):
             left = "pilot, ship, own, at, minutes, advise, steps"
             raise InputError(f"{source}: a log is told as it is; leave out {left}")
-        frames = list(read(source))
+        frames = list(read_log(source))
         if errors is not None and frames:
             frames = list(with_bands(frames, pilot_of(frames[0]), parse_error_bounds(errors)))
         if not frames:
@@ -94,7 +94,7 @@ def run(
                 console.say(f"interrupted: {log.frames} frames are in {log.path}")
                 raise
 
-    from glasshelm.report.narrative import story
+    from glasshelm.report.narrative import narrate
     from glasshelm.report.passages import verdict
     from glasshelm.report.write_report import write_report
 
@@ -108,7 +108,7 @@ def run(
             progress=lambda name, share: bar.update(task, description=name, completed=share),
         )
     print_result(verdict(frames))
-    for sentence in story(frames):
+    for sentence in narrate(frames):
         print_result(str(sentence))
     print_result(f"report: {path}")
     if open_:

@@ -28,7 +28,7 @@ def run(
             path/to/situation.json, path/to/ais.csv, …
         pilot: A bundled pilot (by default the ship's), straight, one without weights by
             ship and method (paper-planner, large-ship-cpa), or a .safetensors file; a learned
-            one followed by -guarded is he under guard (paper-sum-guarded).
+            one followed by -guarded is that pilot under guard (paper-sum-guarded).
         ship: Own ship: paper or large_ship (default: the pilot's own, or else paper).
         own: In recorded traffic, the MMSI to take as own ship, or "recorded".
         at: In recorded traffic, when to begin (UTC, ISO 8601 or a time of day).
@@ -49,7 +49,7 @@ def run(
     from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.terminal import Terminal, print_result
     from glasshelm.encounters.scenario_factory import cut, scenario_from
-    from glasshelm.frames.frame_log import FrameLog, read
+    from glasshelm.frames.frame_log import FrameLog, read_log
     from glasshelm.frames.frame_parquet import to_parquet
     from glasshelm.frames.summary import Summary
     from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
@@ -76,6 +76,6 @@ def run(
             raise
     console.say(f"{log.frames} frames in {out}")
     if parquet is not None:
-        rows = to_parquet(read(out), parquet)
+        rows = to_parquet(read_log(out), parquet)
         console.say(f"{rows} rows in {parquet}")
     print_result(summary.text())

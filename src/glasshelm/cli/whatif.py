@@ -44,14 +44,14 @@ def run(
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
     from glasshelm.core.terminal import Terminal
-    from glasshelm.frames.frame_log import read, write
+    from glasshelm.frames.frame_log import read_log, write_log
     from glasshelm.pilots.registry import pilot_named
     from glasshelm.whatif.ask import what_if
     from glasshelm.whatif.changes import Deleted, Hidden, KeptCourse, Rudder
-    from glasshelm.whatif.futures_table import table
+    from glasshelm.whatif.futures_table import futures_table
     from glasshelm.whatif.logged_world import frame_at, pilot_of
 
-    frames = list(read(log))
+    frames = list(read_log(log))
     if not frames:
         raise InputError(f"{log}: no frame in it; it was cut off, or is no log")
     number = frame_at(frames, at)
@@ -66,18 +66,18 @@ def run(
     helm = pilot_of(frames[number]) if pilot is None else pilot_named(pilot)
     answer = what_if(frames, number, helm, changes, minutes, explained=out is not None)
     console = Terminal(stderr=False)
-    console.print(table(answer))
-    console.say(answer.sentence)
+    console.print(futures_table(answer))
+    console.say(answer.summary)
     if out is None:
         return
     from glasshelm.core.output_dir import atomic_write
     from glasshelm.figures.style import as_svg, save
-    from glasshelm.whatif.futures_plot import overlay
+    from glasshelm.whatif.futures_plot import draw_futures
 
-    fact, other = answer.fact.frames(), answer.other.frames()
-    write(out / "fact.jsonl", fact)
-    write(out / "other.jsonl", other)
-    figure = overlay(fact, other, answer.other.condition)
+    fact, other = answer.factual.frames(), answer.counterfactual.frames()
+    write_log(out / "fact.jsonl", fact)
+    write_log(out / "other.jsonl", other)
+    figure = draw_futures(fact, other, answer.counterfactual.condition)
     save(figure, out / "whatif")
     with atomic_write(out / "whatif.svg") as partial:
         partial.write_bytes(as_svg(figure))

@@ -96,7 +96,7 @@ def classify(
     own_faster: Bool[Array, "*n"] | bool = False,
     head_on: HeadOnLimits = EVALUATION_HEAD_ON,
 ) -> Int[Array, "*n"]:
-    """The :class:`EncounterType` of two ships, given that there is risk of collision.
+    """The encounter type of two ships at risk of collision.
 
     Args:
         bearing_rad: The target's bearing from own ship's bow, in [-pi, pi].

@@ -80,10 +80,10 @@ def run_exam(
     counts: Sequence[int] = SHIP_COUNTS,
     say: Callable[[str, int, int], None] = lambda what, done, of: None,
 ) -> ExamResult:
-    """Examine every explanation of a pilot in scenes of her own voyages.
+    """Examine every explanation of a pilot in scenes of its own voyages.
 
     ``encounters`` voyages, at most ``most`` scenes of each number of ships;
-    ``say`` is told what is being done. InputError if no scene was found in
+    ``say`` receives the progress. InputError if no scene was found in
     which a ship matters.
     """
     groups = collect_scenes(pilot, encounters, most, counts)

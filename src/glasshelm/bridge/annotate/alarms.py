@@ -9,7 +9,7 @@ hers as long as she is shown.
 import dataclasses
 
 from glasshelm.bridge.server.protocol import Alarm, Limits
-from glasshelm.frames.phrases import approach, lasting, miles
+from glasshelm.frames.phrases import cpa_words, duration, miles
 from glasshelm.frames.schema import Frame, Target
 
 #: An alarm goes where a value is above its limit by this factor ...
@@ -62,7 +62,7 @@ class AlarmList:
         return target.lost or (near and -PAST_S < target.tcpa_s <= RELEASE * self.limits.tcpa_s)
 
     def _told(self, target: Target, alarm: _Raised) -> Alarm:
-        limit = f"limits {miles(self.limits.dcpa_m)} and {lasting(self.limits.tcpa_s)}"
+        limit = f"limits {miles(self.limits.dcpa_m)} and {duration(self.limits.tcpa_s)}"
         lost = "; lost, as last heard" if target.lost else ""
         return Alarm(
             alarm.id,
@@ -72,5 +72,5 @@ class AlarmList:
             target.tcpa_s,
             alarm.since_s,
             "acknowledged" if alarm.acknowledged else "unacknowledged",
-            f"{approach(target.dcpa_m, target.tcpa_s)}; {limit}{lost}",
+            f"{cpa_words(target.dcpa_m, target.tcpa_s)}; {limit}{lost}",
         )

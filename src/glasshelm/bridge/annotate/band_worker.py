@@ -24,7 +24,7 @@ from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.report.band_text import in_full, in_short
+from glasshelm.report.band_text import full_band_text, short_band_text
 from glasshelm.whatif.logged_world import pilot_of
 
 #: Of one core's time, and of the time that a frame stands, at most this share is spent on bands.
@@ -122,7 +122,7 @@ def told(
 ) -> m.Banded:
     """The band of the last of these frames, with at most so many bounds, or why there is none.
 
-    A frame that carries its band is told as it was logged.
+    A frame that carries its band keeps the logged one.
     """
     frame = frames[-1]
     found, why = frame, ""
@@ -140,8 +140,13 @@ def told(
 
 
 def banded(frame: Frame, why: str = "") -> m.Banded:
-    """The band that a frame carries, as it is told; or why it has none."""
+    """The band that a frame carries, in words; or why it has none."""
     rudder = None if frame.decision is None else frame.decision.rudder_rad
     return m.Banded(
-        frame.time_s, frame.pilot, rudder, frame.band, in_short(frame), why or in_full(frame)
+        frame.time_s,
+        frame.pilot,
+        rudder,
+        frame.band,
+        short_band_text(frame),
+        why or full_band_text(frame),
     )

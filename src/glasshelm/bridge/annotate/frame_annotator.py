@@ -1,4 +1,4 @@
-"""What is told beside the frames: sentence, rules, alarms. All of it follows from frames."""
+"""What accompanies the frames: sentence, rules, alarms. All of it follows from frames."""
 
 from collections import deque
 from typing import NamedTuple
@@ -12,14 +12,14 @@ from glasshelm.bridge.sessions.session import Predicted
 from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.colregs.rule_text import ROLES
 from glasshelm.frames.schema import Frame
-from glasshelm.report.current_sentence import FRAMES, now
+from glasshelm.report.current_sentence import LOOK_BACK_FRAMES, current_sentence
 
 #: The part that raises alarms: where it fails, nothing may be written back.
 ALARMS = "raising alarms"
 
 
 class Beside(NamedTuple):
-    """What is told beside one frame."""
+    """What accompanies one frame."""
 
     sentence: Sentence | None
     encounters: dict[str, Meeting]
@@ -35,7 +35,7 @@ class Lookout:
     def __init__(self, alarms: AlarmList, faults: Faults | None = None):
         self.alarms, self.faults = alarms, faults or Faults()
         self._listed: list[Alarm] = []
-        self._recent: deque[Frame] = deque(maxlen=FRAMES)
+        self._recent: deque[Frame] = deque(maxlen=LOOK_BACK_FRAMES)
         self._rules = EncounterTracker()
 
     def again(self, before: list[bytes]) -> None:
@@ -53,7 +53,7 @@ class Lookout:
         return tuple(self._recent)[-count:]
 
     def see(self, frame: Frame, ahead: Predicted | None) -> Beside:
-        """What is to be told of the next frame."""
+        """What accompanies the next frame."""
         self._recent.append(frame)
         with self.faults.contained(ALARMS):
             self._listed = self.alarms.see(frame)
@@ -68,5 +68,5 @@ class Lookout:
 
     def _sentence(self, ahead: Predicted | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        told = now(tuple(self._recent), rows, step_s, self._rules.types)
+        told = current_sentence(tuple(self._recent), rows, step_s, self._rules.types)
         return None if told is None else Sentence(told.what, told.why, told.next)

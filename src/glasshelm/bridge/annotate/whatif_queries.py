@@ -1,4 +1,4 @@
-"""What-if questions of a viewer: the frame shown is branched, both futures are told."""
+"""What-if questions of a viewer: the frame shown is branched into two futures."""
 
 import dataclasses
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.whatif.ask import MINUTES, what_if
 from glasshelm.whatif.changes import Change, Deleted, Hidden, KeptCourse, Rudder
-from glasshelm.whatif.counterfactual_rollout import Future
+from glasshelm.whatif.counterfactual_rollout import BranchRollout
 from glasshelm.whatif.logged_world import pilot_of
 
 #: Frames before the one shown that a pilot's memory is rebuilt from (20 minutes); networks need 4.
@@ -37,7 +37,7 @@ class Question:
 
     @staticmethod
     def of(asked: m.WhatIf, session: Session, named: Callable[[str], Pilot]) -> "Question":
-        """The question about the frame shown; its pilot is the one who made that frame."""
+        """The question about the frame shown; its pilot is the one that made that frame."""
         at, record = session.at, session.record
         if at < 0:
             raise InputError("nothing is shown yet")
@@ -58,10 +58,10 @@ def answered(question: Question) -> m.Answer:
         time_s=question.frames[question.number].time_s,
         change=asked.change,
         ship=asked.ship,
-        condition=told.other.condition,
-        sentence=told.sentence,
-        fact=_points(told.fact),
-        other=_points(told.other),
+        condition=told.counterfactual.condition,
+        sentence=told.summary,
+        fact=_points(told.factual),
+        other=_points(told.counterfactual),
     )
 
 
@@ -77,6 +77,6 @@ def _change(asked: m.WhatIf) -> Change:
     return (Deleted if asked.change == "deleted" else Hidden)(asked.ship)
 
 
-def _points(future: Future) -> list[list[float]]:
+def _points(future: BranchRollout) -> list[list[float]]:
     every = max(round(POINT_S / future.branch.settings.step_s), 1)
     return future.track_m[::every].round(1).tolist()

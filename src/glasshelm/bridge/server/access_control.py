@@ -1,4 +1,4 @@
-"""Who may connect, and as whom: by address, by Origin, by token."""
+"""Who may connect, and in which role: by address, by Origin, by token."""
 
 import hmac
 from collections.abc import Mapping
@@ -68,7 +68,7 @@ class AccessControl:
         return None
 
     def role(self, connection: HTTPConnection) -> Role | None:
-        """As whom somebody comes; None for a stranger.
+        """The role of a caller; None for a stranger.
 
         By the token of the address, or else by that of the cookie set for it.
         """

@@ -23,12 +23,12 @@ class Preparing:
 
     @property
     def told(self) -> list[Told]:
-        """What a viewer who comes now has to be told."""
+        """What a viewer that joins now must receive."""
         return [_message(self._what)] if self._what else []
 
     @contextlib.asynccontextmanager
     async def of(self, what: str) -> AsyncIterator[None]:
-        """One at a time; all viewers are told of it."""
+        """One at a time; all viewers are notified."""
         async with self._lock:
             self._loop, self._name = asyncio.get_running_loop(), what
             self._say(what)

@@ -2,7 +2,7 @@
 
 uvicorn speaks HTTP and WebSocket, but lets a connection that never asks for anything stay, answers
 pings of a client that does not read, and reads as much as is sent. Here are its two protocols with
-these bounds; docs/bridge.md has them in a table.
+these bounds; docs/reference/bridge.md has them in a table.
 """
 
 import asyncio
@@ -63,8 +63,8 @@ class Room:
 class Connections:
     """Those that are no viewers yet: each has a deadline, and of too many the oldest goes.
 
-    It is the oldest of the address that has most of them, so that who floods the server crowds
-    out himself. A browser is a viewer long before it is the oldest.
+    It is the oldest of the address that has most of them, so that whoever floods the server crowds
+    out only its own connections. A browser is a viewer long before it is the oldest.
     """
 
     def __init__(self, most: int):

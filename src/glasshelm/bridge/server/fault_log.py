@@ -50,7 +50,7 @@ class Faults:
         return list(self._now.values())
 
     def fails(self, part: str, error: BaseException, then: str = "it is tried again") -> str:
-        """A part has failed; returns what is told of it. Its traceback is logged once."""
+        """A part has failed; returns the message about it. Its traceback is logged once."""
         expected = isinstance(error, InputError)
         told = str(error) if expected else f"{part} failed ({one_line(error)}): {then}"
         if self._now.get(part) != told:
@@ -68,7 +68,7 @@ class Faults:
 
     @contextlib.contextmanager
     def contained(self, part: str) -> Iterator[None]:
-        """What fails within is told, and goes no further."""
+        """Failures within are reported, and go no further."""
         try:
             yield
         except Exception as error:

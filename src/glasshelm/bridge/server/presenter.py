@@ -1,4 +1,4 @@
-"""A session as its viewers get it: its frames as messages, with what is told beside them."""
+"""A session as its viewers get it: its frames as messages, with what accompanies them."""
 
 import time
 from datetime import UTC, datetime
@@ -30,7 +30,7 @@ SEEN_AGAIN_BYTES = 64_000_000
 class Stage:
     """Runs in the worker thread, except for what only reads: ``session_now``, properties.
 
-    Who looks on later is told of memory: what was shown last, and what a page is sent of before.
+    A viewer that joins later is served from memory: the last frame, and the history.
     """
 
     def __init__(self, session: Session, limits: m.Limits):

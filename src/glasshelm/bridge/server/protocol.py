@@ -1,10 +1,10 @@
 """What the page and the server say to each other: JSON objects, each with its ``type``.
 
-docs/bridge.md holds the same as a table. Frames travel as the bytes that stand
+docs/reference/bridge.md holds the same as a table. Frames travel as the bytes that stand
 in the log: they are encoded once, however many look on.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -19,6 +19,10 @@ Kind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
 #: An owner may change what all see; a viewer looks on, and may ask what-if.
 Role = Literal["owner", "viewer"]
+#: A frame as it stands in the log, encoded once.
+EncodedFrame = Annotated[msgspec.Raw, msgspec.Meta(extra_json_schema={"$ref": "#/$defs/Frame"})]
+#: East and north [m].
+Point = Annotated[list[float], msgspec.Meta(min_length=2, max_length=2)]
 
 
 class _Asked(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
@@ -177,7 +181,7 @@ class Bounds(msgspec.Struct, frozen=True):
 
 
 class Hello(_Said, frozen=True):
-    """``role`` is that of who is told."""
+    """``role`` is that of the receiver."""
 
     version: str
     catalogue: Catalogue
@@ -217,8 +221,8 @@ class Session(_Said, frozen=True):
 class History(_Said, frozen=True):
     """All frames that the page is to hold; ``compare`` those of the compared pilot."""
 
-    frames: list[msgspec.Raw]
-    compare: list[msgspec.Raw]
+    frames: list[EncodedFrame]
+    compare: list[EncodedFrame]
 
 
 class Sentence(msgspec.Struct, frozen=True):
@@ -236,12 +240,12 @@ class Meeting(msgspec.Struct, frozen=True):
 
 
 class FrameNow(_Said, frozen=True, tag="frame", omit_defaults=True):
-    frame: msgspec.Raw
+    frame: EncodedFrame
     encounters: dict[str, Meeting]
     sent_utc: str
     sentence: Sentence | None
-    compare: msgspec.Raw | None = None
-    path: list[Any] | None = None
+    compare: EncodedFrame | None = None
+    path: list[Point] | None = None
 
 
 class Alarm(msgspec.Struct, frozen=True):
@@ -268,8 +272,8 @@ class Answer(_Said, frozen=True, tag="whatif"):
     ship: str | None
     condition: str
     sentence: str
-    fact: list[list[float]]
-    other: list[list[float]]
+    fact: list[Point]
+    other: list[Point]
 
 
 class Banded(_Said, frozen=True, tag="band"):

@@ -88,7 +88,7 @@ def serve(
 
 
 class _Server(uvicorn.Server):
-    """However it is told to end, what was written elsewhere is taken back before it closes."""
+    """However it is stopped, it withdraws what was written elsewhere before it closes."""
 
     def __init__(self, config: uvicorn.Config, app: Starlette):
         super().__init__(config)

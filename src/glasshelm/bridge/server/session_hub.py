@@ -55,8 +55,8 @@ class SessionHub:
 
     ``asked`` counts all messages of viewers, ``refused`` those of them that were
     none, ``failed`` those that asked for what cannot be done; ``dropped`` the
-    frames that viewers who have left were too slow for. ``writer`` is told of every
-    frame of live traffic, and falls silent where there is none of now. Rudder bands are
+    frames that viewers who have left were too slow for. ``writer`` gets every
+    frame of live traffic, and falls silent without a current one. Rudder bands are
     for these ``errors`` of the sensors, and there are none without them.
     """
 
@@ -128,7 +128,7 @@ class SessionHub:
         self.dropped += viewer.dropped
 
     async def heard(self, viewer: ViewerQueue, text: str | bytes) -> None:
-        """A viewer's message; what is wrong with it is told to her alone.
+        """A viewer's message; only its sender learns what is wrong with it.
 
         Returns before it is done where it may take long.
         """
@@ -155,7 +155,7 @@ class SessionHub:
             )
 
     async def _try(self, work: Awaitable[None], viewer: ViewerQueue, what: str) -> None:
-        """Do what a viewer asked for; why it cannot be done is told to her alone."""
+        """Do what a viewer asked for; only that viewer learns why it cannot be done."""
         try:
             await work
         except InputError as error:
@@ -329,7 +329,7 @@ class SessionHub:
             await self.preparing.over()
 
     async def _ready(self, name: str, ahead: bool) -> Pilot:
-        """A pilot with whom the session shown could go on at once."""
+        """A pilot with which the session shown could go on at once."""
         session = self._there().session
 
         def ready() -> Pilot:
@@ -443,7 +443,7 @@ class SessionHub:
         self._tell(told or [])
 
     def _write_back(self, stage: Stage | None) -> None:
-        """Tell what a frame of now says; what was told before is withdrawn if there is none."""
+        """Write what a current frame says; without one, withdraw what was written before."""
         if self.writer is None:
             return
         try:
@@ -470,7 +470,7 @@ class SessionHub:
         self.bands.want(stage.recent, every)
 
     async def _look_up(self) -> None:
-        """See what there is to open now; what was there before is told where that fails."""
+        """See what there is to open now; where that fails, keep the earlier list."""
         with self.faults.contained("listing what may be opened"):
             self._listed = await asyncio.to_thread(self.catalogue.told)
 

@@ -81,13 +81,13 @@ class LiveRecord(FrameLines):
 
     def _try_to_log(self) -> None:
         try:
-            if self._log is not None and self._log.gone:
+            if self._log is not None and self._log.replaced:
                 self._close_log()
                 self._owed = len(self._held)
             if self._log is None:
                 self._log = FrameLog(self._new_path())
             while self._owed:
-                self._log.add(self._held[-self._owed])
+                self._log.append_line(self._held[-self._owed])
                 self._owed -= 1
         except Exception as error:
             before, self.trouble = self.trouble, _told(error)

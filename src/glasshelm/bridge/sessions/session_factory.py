@@ -25,7 +25,7 @@ def opened(
 ) -> Session:
     """The session that a page asks for. InputError if it is not of the catalogue.
 
-    ``progress`` is told which share of a log has been read.
+    ``progress`` receives the share of a log that has been read.
     """
     if isinstance(asked, Replay):
         return replayed(log_named(logs, asked.log), progress)
@@ -62,10 +62,10 @@ def prepared(
 
 def check_log(path: Path) -> None:
     """InputError if this is no log, as far as its first frame tells."""
-    if next(frame_log.read(path), None) is None:
+    if next(frame_log.read_log(path), None) is None:
         raise InputError(f"{path}: no frame in it; it was cut off, or is no log")
 
 
 def replayed(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
-    """A log shown again; ``progress`` is told which share of it has been read."""
+    """A log shown again; ``progress`` receives the share of it that has been read."""
     return ReplaySession(SessionLog(path, fresh=False, progress=progress))

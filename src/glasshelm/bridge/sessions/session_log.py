@@ -90,8 +90,8 @@ class SessionLog(FrameLines):
     """Frames that are appended to a log, or read from it, by number.
 
     With ``fresh`` a new log is begun (the file must not be there yet);
-    otherwise an existing one is read, and nothing can be appended; ``progress`` is told
-    which share of it has been read. A frame that cannot be written is not there (InputError).
+    otherwise an existing one is read, and nothing can be appended; ``progress`` gets
+    the share of it that has been read. A frame that cannot be written is not there (InputError).
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class SessionLog(FrameLines):
         """Write one more frame; its line without the end. InputError if it cannot be written."""
         assert self._log is not None, "a log that is being read is not written"
         with hide_paths(self.path.name, self.path):
-            if self._log.gone:
+            if self._log.replaced:
                 self._log = self._restored()
             line = self._log.write(frame)
         self._latest = len(self), line

@@ -119,7 +119,7 @@ class SourceList:
             return self._pilots[name]
 
     def pilot_for(self, ship: str, name: str | None) -> Pilot:
-        """The pilot asked for, or the one who steers that ship."""
+        """The pilot asked for, or the one that steers that ship."""
         return self.pilot(default_pilot(ship) if name is None else name)
 
     def _pilot_names(self) -> tuple[str, ...]:
@@ -149,7 +149,7 @@ class SourceList:
 
 
 def alias(given: str) -> str:
-    """What a page is told of a source: of a path its last name, no folder of the disk."""
+    """A source as a page shows it: of a path its last name, no folder of the disk."""
     return given if "://" in given else Path(given.removeprefix(LIVE)).name
 
 
