@@ -27,8 +27,8 @@ from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
+from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import SHIPS, ShipParams
-from glasshelm.training.course_reversals import WEAVING
 from glasshelm.training.validation import sail_remembering
 
 SEED = 7_000_000  # never a training's or an evaluation set's

@@ -27,9 +27,9 @@ from glasshelm.evaluation.types import Case
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
 from glasshelm.planning.cross_entropy_search import Known
+from glasshelm.ship.course_reversals import Reversals
 from glasshelm.ship.hull_overlap import hull, hull_gap_m
 from glasshelm.ship.nomoto import ShipState, advance, drifted
-from glasshelm.training.course_reversals import Reversals
 
 SETTINGS = EnvSettings()
 #: The first 1200 s, an episode of the paper's training (section 3.2), are measured apart.

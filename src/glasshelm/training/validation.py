@@ -18,8 +18,8 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.rewards import SUB_TASKS
 from glasshelm.env.step import EnvState, reset, step
 from glasshelm.networks.ship_batch import Padded
+from glasshelm.ship.course_reversals import WEAVING, Reversals
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.course_reversals import WEAVING, Reversals
 from glasshelm.training.exploration import Noise, NoiseSettings, explore, quiet
 from glasshelm.training.losses import CriticOf
 from glasshelm.training.vector_env import draw_encounters
@@ -43,7 +43,7 @@ class Voyages(eqx.Module):
     ``margin`` is the worst Eq. 13 (unclipped) of any ship, ``range_m`` the
     nearest centre distance; index 0: the first ``short`` steps, 1: all.
     Returns are undiscounted, over the first ``short`` steps. ``reversals`` counts
-    the alterations taken back, of all steps (:mod:`glasshelm.training.course_reversals`).
+    the alterations taken back, of all steps (:mod:`glasshelm.ship.course_reversals`).
     """
 
     margin: Float[Array, "2 w"]
