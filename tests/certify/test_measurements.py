@@ -3,8 +3,9 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from benchmarks.certify import empty_plots, push_plots
 
-from glasshelm.certify.measurements import no_scene, observe_plots, recall, with_errors
+from glasshelm.certify.measurements import observe_plots, with_errors
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
 from glasshelm.env.step import reset, step, targets_at, waypoint_of
 from glasshelm.ship.nomoto import SHIPS
@@ -14,13 +15,13 @@ SHIP = SHIPS["paper"]
 
 def _sailed():
     encounter = random_encounter(jax.random.key(2), SHIP, RandomEncounters(targets=(3, 3)))
-    state, scene, first = reset(encounter, SHIP), no_scene(encounter.present.shape[-1]), True
+    state, scene, first = reset(encounter, SHIP), empty_plots(encounter.present.shape[-1]), True
     for rudder in (None, 0.08, 0.08, -0.05):
         if rudder is not None:
             state = step(encounter, state, jnp.asarray(rudder), SHIP).state
         motion = targets_at(encounter, state.step * 5.0)
         waypoint = waypoint_of(encounter, state.leg)
-        scene = recall(scene, state.own, waypoint, motion, motion.present, first)
+        scene = push_plots(scene, state.own, waypoint, motion, motion.present, first)
         first = False
     return state, scene
 

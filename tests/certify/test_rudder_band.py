@@ -4,10 +4,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from benchmarks.certify import attacked_rudders, random_rudders
 from tests.certify.scenes import KINDS, LEVELS, SCENES, errors, one_of, scenes
 from tests.untrained import untrained
 
-from glasshelm.certify.adversarial import attacked_rudders, random_rudders
 from glasshelm.certify.measurements import RawPlots, observe_plots
 from glasshelm.certify.rudder_band import RudderBand, action_bounds, certified_band
 from glasshelm.core.errors import InputError

@@ -9,8 +9,9 @@ import numpy as np
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.evaluation.suites.random_suite import undisturbed_cases
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.types import Suite
 from glasshelm.ship.nomoto import ShipState, ship_named
+from glasshelm.simulation.rollout import Case
 
 SHIP = ship_named("paper")
 SPEED = float(SHIP.speed_m_s)

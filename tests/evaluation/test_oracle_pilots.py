@@ -10,13 +10,13 @@ from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, encounter, suite
 from glasshelm.evaluation.contenders import Contender, parse_contenders, pilot_digest
 from glasshelm.evaluation.measure_columns import assemble
 from glasshelm.evaluation.result_cache import run_job, split_into_jobs
-from glasshelm.evaluation.rollout import policy_for, rollout
 from glasshelm.evaluation.suites.disturbed_suite import disturbed_suites
 from glasshelm.evaluation.worst_cases import replay_cases
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.planning.cross_entropy_search import SearchSettings, as_sailed
 from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.rollout import policy_for, rollout
 
 SEER = Clairvoyant(SHIP, "seer", (StraightPilot(),), SearchSettings(8, 16, 4, 6))
 ENTRANT = Contender("seer", "paper", SHIP, (SEER,))

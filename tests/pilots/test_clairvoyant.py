@@ -10,13 +10,12 @@ import pytest
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import RandomEncounters
-from glasshelm.evaluation.rollout import rollout
-from glasshelm.evaluation.types import Case
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
 from glasshelm.pilots.protocols import OraclePilot, Pilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.planning.cross_entropy_search import Known, SearchSettings, as_sailed, improve_all
 from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.rollout import Case, rollout
 from glasshelm.training.vector_env import draw_encounters
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8

@@ -12,13 +12,11 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Motion
-from glasshelm.env.observe import FRAMES, Observation, in_front, observe
+from glasshelm.env.observe import Observation, observe
 from glasshelm.ship.nomoto import ShipState
 
 #: Symbols of own ship's errors (east, north, heading, speed) and of one target's.
 N_OWN_ERRORS, N_TARGET_ERRORS = 4, 4
-#: The numbers of a plot, in order.
-NUMBERS = ("east_m", "north_m", "heading_rad", "own_speed_m_s", "course_rad", "speed_m_s")
 
 
 class SensorErrors(eqx.Module):
@@ -56,46 +54,6 @@ class RawPlots(eqx.Module):
     waypoint: Float[Array, "*b frames 6"]
     targets: Float[Array, "*b n frames 6"]
     present: Bool[Array, "*b n"]
-
-
-def plots(
-    own: ShipState, waypoint: Vector, motion: Motion
-) -> tuple[Float[Array, "6"], Float[Array, "n 6"]]:
-    """The plots of one frame: the waypoint's and every target's."""
-
-    def plot(east: Array, north: Array, course: Array, speed: Array) -> Array:
-        return jnp.stack(
-            [east - own.east_m, north - own.north_m, own.heading_rad, own.speed_m_s, course, speed]
-        )
-
-    still = jnp.zeros_like(own.heading_rad)
-    to_waypoint = plot(waypoint.x, waypoint.y, still, still)
-    return to_waypoint, jax.vmap(plot)(
-        motion.east_m, motion.north_m, motion.course_rad, motion.speed_m_s
-    )
-
-
-def no_scene(slots: int) -> RawPlots:
-    """The history before the first frame."""
-    return RawPlots(jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool))
-
-
-def recall(
-    history: RawPlots,
-    own: ShipState,
-    waypoint: Vector,
-    motion: Motion,
-    present: Bool[Array, " n"],
-    first: Bool[Array, ""] | bool,
-) -> RawPlots:
-    """The history with a new frame in front: :func:`glasshelm.env.observe.remember` of plots."""
-    ahead, targets = plots(own, waypoint, motion)
-    new = jnp.logical_not(history.present) | first
-    return RawPlots(
-        in_front(ahead, history.waypoint, jnp.asarray(first)),
-        in_front(targets, history.targets, new),
-        present,
-    )
 
 
 def observe_plots(scene: RawPlots) -> Observation:

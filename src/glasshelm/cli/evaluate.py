@@ -49,7 +49,7 @@ def run(
     from glasshelm.core.terminal import Terminal, print_result
     from glasshelm.evaluation.contenders import check_references, parse_contenders
     from glasshelm.evaluation.evaluation_progress import EvaluationProgress
-    from glasshelm.evaluation.examination import evaluate
+    from glasshelm.evaluation.evaluation_run import evaluate
     from glasshelm.evaluation.parquet_export import write_parquet
     from glasshelm.evaluation.ray_workers import executor_named
     from glasshelm.evaluation.result_report import markdown_report

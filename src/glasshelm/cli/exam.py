@@ -37,7 +37,7 @@ def run(
     from glasshelm.core.output_dir import locked_folder
     from glasshelm.core.terminal import Terminal
     from glasshelm.evaluation.contenders import parse_contenders
-    from glasshelm.evaluation.examination import describe_machine
+    from glasshelm.evaluation.evaluation_run import describe_machine
     from glasshelm.faithfulness.eligibility import eligible_pilots
     from glasshelm.faithfulness.exam_session import run_exams
     from glasshelm.faithfulness.scenes import SHIP_COUNTS

@@ -22,7 +22,8 @@ from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 #: The rooms whose code decides what a voyage comes to.
 ROLLOUT_CODE = (
     "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
-    "networks", "pilots", "planning", "ship", "training/course_reversals.py",
+    "networks", "pilots", "planning", "ship", "simulation/rollout.py",
+    "simulation/sensor_model.py", "training/course_reversals.py",
 )  # fmt: skip
 
 

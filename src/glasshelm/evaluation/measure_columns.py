@@ -9,10 +9,10 @@ from glasshelm.colregs.classification import EncounterType
 from glasshelm.core.errors import InputError
 from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.result_cache import Columns, Job
-from glasshelm.evaluation.rollout import SETTINGS
 from glasshelm.evaluation.types import Suite
 from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
+from glasshelm.simulation.rollout import SETTINGS
 
 
 @dataclasses.dataclass(frozen=True)

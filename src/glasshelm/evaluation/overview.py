@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 
-from glasshelm.evaluation.examination import (
+from glasshelm.evaluation.evaluation_run import (
     EvaluationResult,
     results_by_contender,
     stack_seeds,
     suites_of,
 )
-from glasshelm.evaluation.markdown import markdown, percent
 from glasshelm.evaluation.measure_columns import SuiteResult
 from glasshelm.evaluation.statistics import rate_interval
+from glasshelm.evaluation.tables import markdown_table, percent
 
 #: What is told of every suite, and the column that it is the rate of.
 SUMMARY_RATES = {
@@ -48,4 +48,4 @@ def _table(column: str, sailed: Sequence[Sequence[SuiteResult]]) -> str:
         [suite, f"{size:,}", *(cells.get((suite, pilot), "–") for pilot in pilots)]
         for suite, size in sizes.items()
     ]
-    return markdown(["suite", "encounters", *pilots], rows)
+    return markdown_table(["suite", "encounters", *pilots], rows)

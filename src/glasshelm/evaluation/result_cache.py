@@ -14,9 +14,9 @@ import numpy as np
 
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.evaluation.contenders import Contender, code_digest, pilot_digest
-from glasshelm.evaluation.rollout import policy_for, rollout
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.types import Suite
 from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.simulation.rollout import Case, policy_for, rollout
 
 #: Worlds sailed at once.
 CHUNK = 500

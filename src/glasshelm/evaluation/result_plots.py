@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from glasshelm.core.text import file_name, name_of
-from glasshelm.evaluation.examination import (
+from glasshelm.evaluation.evaluation_run import (
     EvaluationResult,
     results_by_contender,
     stack_seeds,

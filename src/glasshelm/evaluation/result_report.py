@@ -6,13 +6,12 @@ import numpy as np
 
 from glasshelm.colregs.compliance import CRITERIA, of_type
 from glasshelm.core.text import markdown_code, markdown_text
-from glasshelm.evaluation.examination import (
+from glasshelm.evaluation.evaluation_run import (
     EvaluationResult,
     results_by_contender,
     stack_seeds,
     suites_of,
 )
-from glasshelm.evaluation.markdown import markdown, percent
 from glasshelm.evaluation.measure_columns import SuiteResult
 from glasshelm.evaluation.overview import overview
 from glasshelm.evaluation.statistics import (
@@ -24,6 +23,7 @@ from glasshelm.evaluation.statistics import (
     rate_interval,
     risk_ratio,
 )
+from glasshelm.evaluation.tables import markdown_table, percent
 from glasshelm.evaluation.types import Suite
 
 Seeds = Sequence[SuiteResult]
@@ -161,7 +161,7 @@ _WAY = {
 def _table(what: str, columns: dict, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
     header = [*PILOT, *columns]
     rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in entrants]
-    return f"{caption(what, entrants, examined)}\n\n{markdown(header, rows)}"
+    return f"{caption(what, entrants, examined)}\n\n{markdown_table(header, rows)}"
 
 
 def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
@@ -181,7 +181,7 @@ def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Evaluatio
             for seeds in entrants
         ]
         told = caption(f"{what} by number of ships", entrants, examined)
-        parts.append(f"{told}\n\n{markdown(header, rows)}")
+        parts.append(f"{told}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
@@ -205,7 +205,7 @@ def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: EvaluationRe
         for seeds in entrants
     ]
     told = caption("Cases (depth of Eq. 13); seeds apart by semicolons", entrants, examined)
-    table = markdown([*PILOT, "collided", "intruded"], rows)
+    table = markdown_table([*PILOT, "collided", "intruded"], rows)
     return f"{told}\n\n{table}"
 
 
@@ -227,7 +227,7 @@ def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Evaluat
         if rows:
             header = [*PILOT, "collisions", "domain intrusions", "within 0.5 NM"]
             told = caption(f"Risk ratio against {markdown_text(name)}, paired", entrants, examined)
-            parts.append(f"{told}\n\n{markdown(header, rows)}")
+            parts.append(f"{told}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
@@ -257,7 +257,7 @@ def _rules(entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
             continue
         told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", entrants, examined)
         both = ["meetings", *judgements, "alone: meetings", *judgements]
-        parts.append(f"{told} {_UNTAUGHT}\n\n{markdown(['pilot | ship', *both], rows)}")
+        parts.append(f"{told} {_UNTAUGHT}\n\n{markdown_table(['pilot | ship', *both], rows)}")
     return "\n\n".join(parts)
 
 
@@ -275,5 +275,5 @@ def _timings(examined: EvaluationResult) -> str:
         "## Time to decide\n\n**From an observation of six ships to a rudder, without "
         f"explanation.** {source.machine}; glasshelm {source.version}. "
         f"{markdown_code(source.command)}\n\n"
-        + markdown(["pilot", "ship", "p50 [ms]", "p99 [ms]"], rows)
+        + markdown_table(["pilot", "ship", "p50 [ms]", "p99 [ms]"], rows)
     )

@@ -11,11 +11,10 @@ from glasshelm.core.geometry import Vector, closest_approach, direction, norm, t
 from glasshelm.encounters.types import TargetInfo
 from glasshelm.evaluation.measure_columns import SuiteResult
 from glasshelm.evaluation.result_cache import CHUNK
-from glasshelm.evaluation.rollout import SETTINGS, Positions, policy_for, rollout_tracks
-from glasshelm.evaluation.types import Case
 from glasshelm.frames.schema import Decision, Frame, Own, Target, Waypoint
 from glasshelm.ship.domain import danger
 from glasshelm.simulation.frame_builder import ship_part
+from glasshelm.simulation.rollout import SETTINGS, Case, Positions, policy_for, rollout_tracks
 
 
 def worst_cases(one: SuiteResult, count: int) -> np.ndarray:

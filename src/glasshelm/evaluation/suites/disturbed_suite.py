@@ -17,10 +17,11 @@ from jaxtyping import Array
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.encounters.types import Track
-from glasshelm.evaluation.sensor_model import Disturbance
 from glasshelm.evaluation.suites.random_suite import numbered_encounters, undisturbed_cases
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.types import Suite
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams
+from glasshelm.simulation.rollout import Case
+from glasshelm.simulation.sensor_model import Disturbance
 
 SEED = 7_100_000
 

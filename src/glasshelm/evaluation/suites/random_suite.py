@@ -11,9 +11,10 @@ from jaxtyping import Array, Float
 from glasshelm.core.geometry import Vector, closest_approach, velocity
 from glasshelm.encounters.random_encounters import PAPER, RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter, motion_at
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.types import Suite
 from glasshelm.ship.domain import AHEAD_LOA
 from glasshelm.ship.nomoto import ShipParams
+from glasshelm.simulation.rollout import Case, plain_cases
 
 #: Never a training's or a training's evaluation set's.
 SEED = 7_000_000
@@ -59,37 +60,26 @@ def drawn_suite(
     return Suite(name, note, undisturbed_cases(encounters, ship), tuple(map(str, range(count))))
 
 
-def numbered_encounters(ship: ShipParams, count: int, settings: RandomEncounters) -> Encounter:
+def numbered_encounters(
+    ship: ShipParams, count: int, settings: RandomEncounters, seed: int = SEED
+) -> Encounter:
     """Encounters 0 to ``count`` - 1: the first ones are the same whatever the count."""
-    return _draw(jnp.arange(count), ship, settings)
+    return _draw(jnp.arange(count), seed, ship, settings)
 
 
-@partial(jax.jit, static_argnums=2)
-def _draw(numbers: Array, ship: ShipParams, settings: RandomEncounters) -> Encounter:
+@partial(jax.jit, static_argnums=(1, 3))
+def _draw(numbers: Array, seed: int, ship: ShipParams, settings: RandomEncounters) -> Encounter:
     def one(number: Array) -> Encounter:
-        return random_encounter(jax.random.fold_in(jax.random.key(SEED), number), ship, settings)
+        return random_encounter(jax.random.fold_in(jax.random.key(seed), number), ship, settings)
 
     return jax.vmap(one)(numbers)
 
 
 def undisturbed_cases(encounters: Encounter, ship: ShipParams) -> Case:
     """Cases of encounters whose ships are all as large as own ship, seen as they are."""
-    present = np.asarray(encounters.present)
-    count = present.shape[0]
     duration_s = np.asarray(jax.jit(jax.vmap(lambda e: case_duration_s(e, ship)))(encounters))
-    size = np.ones(present.shape, np.float32)
-    return Case(
-        jax.tree.map(np.asarray, encounters),
-        broadcast_ship(ship, count),
-        np.round(duration_s / _STEP_S).astype(np.int32),
-        size * np.float32(ship.loa_m),
-        size * np.float32(ship.beam_m),
-    )
-
-
-def broadcast_ship(ship: ShipParams, count: int) -> ShipParams:
-    """A batch of one and the same ship."""
-    return jax.tree.map(lambda x: np.full(count, x, np.float32), ship)
+    steps = np.round(duration_s / _STEP_S).astype(np.int32)
+    return jax.tree.map(np.asarray, plain_cases(encounters, ship, steps))
 
 
 def case_duration_s(encounter: Encounter, ship: ShipParams) -> Float[Array, ""]:

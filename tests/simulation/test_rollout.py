@@ -8,8 +8,8 @@ import pytest
 from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, SPEED, cases, encounter
 
 from glasshelm.colregs.classification import EncounterType
-from glasshelm.evaluation.rollout import rollout, rollout_tracks
 from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.simulation.rollout import rollout, rollout_tracks
 from glasshelm.training.validation import sail_set
 
 

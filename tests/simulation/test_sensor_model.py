@@ -13,9 +13,9 @@ from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Track
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S
 from glasshelm.env.step import observe_step, reset
-from glasshelm.evaluation.sensor_model import Disturbance, first_perception, next_perception
 from glasshelm.evaluation.suites.disturbed_suite import turned_track
 from glasshelm.ship.nomoto import ShipState, advance
+from glasshelm.simulation.sensor_model import Disturbance, first_perception, next_perception
 
 STEPS = 60
 TWO = encounter((3000.0, 6000.0, 250.0, 6.0), (-2000.0, 4000.0, 100.0, 5.0), slots=2)

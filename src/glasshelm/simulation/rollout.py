@@ -1,4 +1,7 @@
-"""Sailing a batch of cases in one compiled program that keeps measures, not tracks."""
+"""Rollouts of a batch of encounters in one compiled program that keeps measures, not tracks.
+
+Training selects models by them, ``glasshelm evaluate`` and the safety benchmark report them.
+"""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -6,11 +9,12 @@ from typing import Any, TypeVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.colregs.compliance import MeetingFacts
 from glasshelm.core.geometry import Vector, closest_approach, norm, velocity, wrap_angle
-from glasshelm.encounters.types import Motion
+from glasshelm.encounters.types import Encounter, Motion
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import (
     FAR_M,
@@ -22,14 +26,18 @@ from glasshelm.env.step import (
     targets_at,
 )
 from glasshelm.env.target_selection import select_targets
-from glasshelm.evaluation.sensor_model import PerceivedTraffic, first_perception, next_perception
-from glasshelm.evaluation.types import Case
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
 from glasshelm.planning.cross_entropy_search import Known
 from glasshelm.ship.course_reversals import Reversals
 from glasshelm.ship.hull_overlap import hull, hull_gap_m
-from glasshelm.ship.nomoto import ShipState, advance, drifted
+from glasshelm.ship.nomoto import ShipParams, ShipState, advance, drifted
+from glasshelm.simulation.sensor_model import (
+    Disturbance,
+    PerceivedTraffic,
+    first_perception,
+    next_perception,
+)
 
 SETTINGS = EnvSettings()
 #: The first 1200 s, an episode of the paper's training (section 3.2), are measured apart.
@@ -38,14 +46,39 @@ EPISODE_STEPS = SETTINGS.episode_steps
 DCPA_HORIZON_S = 360.0
 
 
-class Measures(eqx.Module):
-    """What a voyage has come to. Definitions: docs/reference/suites.md.
+#: Arrays of a batch stay on the host until they are simulated.
+_Host = Float[Array, "..."] | Float[np.ndarray, "..."]
+_Steps = Int[Array, "*b"] | Int[np.ndarray, "*b"]
 
-    Of all ships, index 0: in the first 1200 s, 1: in the whole voyage: the
-    worst ``margin`` (Eq. 13, unclipped) and the least centre distance ``range_m``.
-    ``hull_gap_m`` is negative where hulls overlapped; ``inside_s`` the time
-    with a ship in the domain; ``dcpa_m`` the least DCPA that was ever 0 to 6
-    minutes ahead; ``return_by_task`` undiscounted over the first 1200 s.
+
+class Case(eqx.Module):
+    """An encounter to simulate, and own ship as it truly is; a batch has one more axis in front.
+
+    Attributes:
+        encounter: Own ship's start and route, and the targets' tracks.
+        ship: Own ship's parameters; a pilot may have been trained for others.
+        steps: How many steps of 5 s are measured.
+        length_m: The targets' lengths, one a slot.
+        beam_m: The targets' beams.
+        disturbance: How the sensors err; None where the pilot sees the world as it is.
+    """
+
+    encounter: Encounter
+    ship: ShipParams
+    steps: _Steps
+    length_m: _Host
+    beam_m: _Host
+    disturbance: Disturbance | None = None
+
+
+class Measures(eqx.Module):
+    """What is measured of a voyage. Definitions: docs/reference/suites.md.
+
+    ``margin`` is the worst Eq. 13 (unclipped) of any target and ``range_m`` the least centre
+    distance; index 0: in the first 1200 s, 1: in the whole voyage. ``hull_gap_m`` is negative
+    where hulls overlapped, ``inside_s`` is the time with a target in the domain, ``dcpa_m`` the
+    least DCPA that was ever 0 to 6 minutes ahead. ``return_by_task`` is undiscounted, over the
+    first 1200 s.
     """
 
     margin: Float[Array, "*b 2"]
@@ -68,15 +101,15 @@ class Measures(eqx.Module):
 
 
 class CaseState(eqx.Module):
-    """One case under way: the true world, the picture of it, the measures so far."""
+    """One case under way: the true world, what is perceived of it, the measures so far."""
 
     state: EnvState
-    picture: PerceivedTraffic | None
+    perceived: PerceivedTraffic | None
     measures: Measures
 
 
 class Positions(eqx.Module):
-    """Where everybody is at one instant, for a figure."""
+    """Where all ships are at one instant, for a figure."""
 
     own: ShipState
     rudder_rad: Float[Array, "*b"]
@@ -87,7 +120,7 @@ class Positions(eqx.Module):
     present: Bool[Array, "*b n"]
 
 
-#: Batches of cases under way, and what the pilots remember.
+#: A batch of cases under way, and the memory of its policy.
 _Carry = tuple[CaseState, Any]
 Total = TypeVar("Total")
 
@@ -101,107 +134,121 @@ def policy_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
     return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
 
 
-def rollout(helm: BatchPolicy, cases: Case, steps: int) -> Measures:
-    """The measures of every case of a batch after its own number of steps, at most ``steps``.
+def plain_cases(encounters: Encounter, ship: ShipParams, steps: int | _Steps) -> Case:
+    """Cases of a batch of encounters: targets as large as own ship, sensors without error."""
+    shape = encounters.present.shape
+    return Case(
+        encounters,
+        jax.tree.map(lambda x: jnp.full(shape[0], x, jnp.float32), ship),
+        jnp.broadcast_to(jnp.asarray(steps, jnp.int32), shape[0]),
+        jnp.full(shape, ship.loa_m, jnp.float32),
+        jnp.full(shape, ship.beam_m, jnp.float32),
+    )
 
-    One program whatever the number of steps.
+
+def rollout(policy: BatchPolicy, cases: Case, steps: int) -> Measures:
+    """Simulate a batch of cases under a policy.
+
+    Args:
+        policy: What steers.
+        cases: The batch; each case is measured for its own number of steps.
+        steps: At most so many steps are simulated. One program serves any number.
     """
-    return _sail(helm, cases, jnp.asarray(steps))
+    return _rollout(policy, cases, jnp.asarray(steps))
 
 
 @eqx.filter_jit
-def _sail(helm: BatchPolicy, cases: Case, steps: Int[Array, ""]) -> Measures:
-    start = _embark(helm, cases)
-    live, _ = jax.lax.fori_loop(0, steps, lambda _, carry: _tick(helm, cases, carry)[0], start)
-    return live.measures
+def _rollout(policy: BatchPolicy, cases: Case, steps: Int[Array, ""]) -> Measures:
+    start = _reset(policy, cases)
+    state, _ = jax.lax.fori_loop(0, steps, lambda _, carry: _step(policy, cases, carry)[0], start)
+    return state.measures
 
 
 @eqx.filter_jit
 def rollout_fold(
-    helm: BatchPolicy,
+    policy: BatchPolicy,
     cases: Case,
     steps: Int[Array, ""],
-    look: Callable[[Total, Case, CaseState], Total],
+    fold: Callable[[Total, Case, CaseState], Total],
     start: Total,
 ) -> tuple[CaseState, Total]:
-    """The voyages at their end, and what was seen on the way: ``look`` adds an instant to it."""
+    """:func:`rollout` that also folds every state into a total, e.g. of each target."""
 
     def go(_: Int[Array, ""], so_far: tuple[_Carry, Total]) -> tuple[_Carry, Total]:
         carry, total = so_far
-        following, _action = _tick(helm, cases, carry)
-        return following, look(total, cases, following[0])
+        carry, _action = _step(policy, cases, carry)
+        return carry, fold(total, cases, carry[0])
 
-    (live, _), total = jax.lax.fori_loop(0, steps, go, (_embark(helm, cases), start))
-    return live, total
+    (state, _), total = jax.lax.fori_loop(0, steps, go, (_reset(policy, cases), start))
+    return state, total
 
 
 @eqx.filter_jit
-def rollout_tracks(helm: BatchPolicy, cases: Case, steps: int) -> Positions:
-    """The same voyages as places [steps + 1, cases], for drawing."""
+def rollout_tracks(policy: BatchPolicy, cases: Case, steps: int) -> Positions:
+    """The same voyages as positions [steps + 1, cases], for drawing."""
 
     def go(carry: _Carry, _: None) -> tuple[_Carry, Positions]:
-        following, action = _tick(helm, cases, carry)
+        following, action = _step(policy, cases, carry)
         return following, jax.vmap(positions)(cases, carry[0], action)
 
-    (live, _), places = jax.lax.scan(go, _embark(helm, cases), length=steps)
-    end = jax.vmap(positions)(cases, live, jnp.zeros(live.state.step.shape))
-    return jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), places, end)
+    (state, _), track = jax.lax.scan(go, _reset(policy, cases), length=steps)
+    end = jax.vmap(positions)(cases, state, jnp.zeros(state.state.step.shape))
+    return jax.tree.map(lambda a, b: jnp.concatenate([a, b[None]]), track, end)
 
 
-def _embark(helm: BatchPolicy, cases: Case) -> _Carry:
-    live = jax.vmap(reset_case)(cases)
-    return live, helm.start(live.state.step.shape[0])
+def _reset(policy: BatchPolicy, cases: Case) -> _Carry:
+    state = jax.vmap(reset_case)(cases)
+    return state, policy.start(state.state.step.shape[0])
 
 
-def _tick(helm: BatchPolicy, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
-    """One step of all cases, and the rudders that were given."""
-    live, memory = carry
-    action, memory = helm(jax.vmap(observation)(cases, live), memory)
-    return (jax.vmap(step_case)(cases, live, action), memory), action
+def _step(policy: BatchPolicy, cases: Case, carry: _Carry) -> tuple[_Carry, Float[Array, " w"]]:
+    """One step of all cases, and the rudders decided."""
+    state, memory = carry
+    action, memory = policy(jax.vmap(observation)(cases, state), memory)
+    return (jax.vmap(step_case)(cases, state, action), memory), action
 
 
 def reset_case(case: Case) -> CaseState:
     """A case at t = 0, before anything is measured."""
     state = reset(case.encounter, case.ship, SETTINGS)
-    picture = None
+    perceived = None
     if case.disturbance is not None:
-        picture = first_perception(case.disturbance, case.encounter, case.encounter.own)
-    return CaseState(state, picture, _nothing(case, state))
+        perceived = first_perception(case.disturbance, case.encounter, case.encounter.own)
+    return CaseState(state, perceived, _nothing(case, state))
 
 
-def observation(case: Case, live: CaseState) -> Observation:
-    """What the pilot is shown: the ships that matter most, by the instruments if there are any."""
-    whole = live.state.observation if live.picture is None else live.picture.observation
-    return select_targets(whole, loa_m=case.ship.loa_m)[0]
+def observation(case: Case, state: CaseState) -> Observation:
+    """What the pilot observes: the most urgent targets, by the sensors if they err."""
+    whole = state.state if state.perceived is None else state.perceived
+    return select_targets(whole.observation, loa_m=case.ship.loa_m)[0]
 
 
-def step_case(case: Case, live: CaseState, action: Float[Array, ""]) -> CaseState:
-    """One step of a case; after its end nothing changes in its measures."""
+def step_case(case: Case, state: CaseState, action: Float[Array, ""]) -> CaseState:
+    """One step of a case; after its end the measures stay as they are."""
     finite = jnp.isfinite(action)
     rudder = jnp.where(finite, jnp.clip(action, -1.0, 1.0), 0.0) * case.ship.rudder_limit_rad
-    own = advance(live.state.own, rudder, case.ship, SETTINGS.step_s)
+    own = advance(state.state.own, rudder, case.ship, SETTINGS.step_s)
     if case.disturbance is not None:
         own = drifted(own, case.disturbance.current_m_s, SETTINGS.step_s)
-    out = observe_step(case.encounter, live.state, own, case.ship, SETTINGS)
-    picture = live.picture
-    if case.disturbance is not None and picture is not None:
-        picture = next_perception(
-            case.disturbance, picture, case.encounter, own, out.state.leg, out.state.step,
+    out = observe_step(case.encounter, state.state, own, case.ship, SETTINGS)
+    perceived = state.perceived
+    if case.disturbance is not None and perceived is not None:
+        perceived = next_perception(
+            case.disturbance, perceived, case.encounter, own, out.state.leg, out.state.step,
             SETTINGS.step_s,
         )  # fmt: skip
-    more = _measured(case, live, out, finite)
-    goes_on = (live.state.step < case.steps) & ~live.measures.arrived
-    kept = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), more, live.measures)
-    return CaseState(out.state, picture, kept)
+    measures = _measured(case, state, out, finite)
+    goes_on = (state.state.step < case.steps) & ~state.measures.arrived
+    kept = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), measures, state.measures)
+    return CaseState(out.state, perceived, kept)
 
 
-def positions(case: Case, live: CaseState, action: Float[Array, ""]) -> Positions:
-    """Everybody's place in a live case."""
-    m = targets_at(case.encounter, live.state.step * SETTINGS.step_s)
+def positions(case: Case, state: CaseState, action: Float[Array, ""]) -> Positions:
+    """Where all ships of a case are."""
+    m = targets_at(case.encounter, state.state.step * SETTINGS.step_s)
     rudder = jnp.clip(action, -1.0, 1.0) * case.ship.rudder_limit_rad
-    return Positions(
-        live.state.own, rudder, m.east_m, m.north_m, m.course_rad, m.speed_m_s, m.present
-    )
+    own = state.state.own
+    return Positions(own, rudder, m.east_m, m.north_m, m.course_rad, m.speed_m_s, m.present)
 
 
 def _nothing(case: Case, state: EnvState) -> Measures:
@@ -217,9 +264,9 @@ def _nothing(case: Case, state: EnvState) -> Measures:
     )  # fmt: skip
 
 
-def _measured(case: Case, live: CaseState, out: StepResult, finite: Bool[Array, ""]) -> Measures:
+def _measured(case: Case, state: CaseState, out: StepResult, finite: Bool[Array, ""]) -> Measures:
     """The measures with one more step in them."""
-    before, m, own = live.state, live.measures, out.state.own
+    before, m, own = state.state, state.measures, out.state.own
     time_s = out.state.step * SETTINGS.step_s
     early = out.state.step <= EPISODE_STEPS
     counts = jnp.stack([early, jnp.ones_like(early)])
@@ -288,6 +335,6 @@ def _alarming_dcpa_m(own: ShipState, own_velocity: Vector, targets: Motion) -> F
 def _left_m(case: Case, state: EnvState) -> Float[Array, ""]:
     """The way left along the route: to the waypoint steered for, and on to the last."""
     x, y = case.encounter.route
-    here = Vector(x[state.leg] - state.own.east_m, y[state.leg] - state.own.north_m)
+    ahead = Vector(x[state.leg] - state.own.east_m, y[state.leg] - state.own.north_m)
     legs = norm(Vector(jnp.diff(x), jnp.diff(y)))
-    return norm(here) + jnp.where(jnp.arange(legs.shape[0]) >= state.leg, legs, 0.0).sum()
+    return norm(ahead) + jnp.where(jnp.arange(legs.shape[0]) >= state.leg, legs, 0.0).sum()

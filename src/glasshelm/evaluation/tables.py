@@ -6,7 +6,7 @@ from glasshelm.core.text import markdown_text
 from glasshelm.evaluation.statistics import ConfidenceInterval
 
 
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table; cells are text, whatever is in them."""
     texts = [map(markdown_text, cells) for cells in (header, *rows)]
     head, *body = map(" | ".join, texts)
