@@ -7,7 +7,7 @@ import numpy as np
 from glasshelm.evaluation.contenders import parse_contenders
 from glasshelm.evaluation.evaluation_run import EvaluationResult, RunInfo
 from glasshelm.evaluation.measure_columns import SuiteResult
-from glasshelm.evaluation.overview import overview
+from glasshelm.evaluation.result_report import overview
 from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.ship.nomoto import SHIPS
 

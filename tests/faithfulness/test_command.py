@@ -15,8 +15,10 @@ def made_up(pilot, *_):
     rng = np.random.default_rng(0)
     explainers = explainers_for(pilot.actor, pilot.critic)
     measures = [*MEASURES, *(randomised_top(top) for top in range(1, 7))]
-    told = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
-    return ExamResult(pilot, explainers, told, np.arange(40), np.full(40, 3), rng.uniform(size=40))
+    scores = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
+    return ExamResult(
+        pilot, explainers, scores, np.arange(40), np.full(40, 3), rng.uniform(size=40)
+    )
 
 
 @pytest.fixture
@@ -56,9 +58,9 @@ def one_line(capsys):
 
 def test_the_command_writes_its_table_and_figure(tmp_path):
     """The one test here in which scores are computed."""
-    told = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
-    told += ["--ships", "3"]
-    assert main([*told, "--out", str(tmp_path)]) == 0
+    arguments = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
+    arguments += ["--ships", "3"]
+    assert main([*arguments, "--out", str(tmp_path)]) == 0
     assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
     assert (tmp_path / "exam-paper-attention.png").stat().st_size > 10_000
 

@@ -7,7 +7,7 @@ import pytest
 from tests.untrained import observation, untrained
 
 from glasshelm.evaluation.result_cache import ResultCache
-from glasshelm.faithfulness.bootstrap import clustered_mean
+from glasshelm.evaluation.statistics import clustered_mean
 from glasshelm.faithfulness.counterfactual import heading_effects
 from glasshelm.faithfulness.exam_runner import MEASURES, randomised_top, run_exam
 from glasshelm.faithfulness.explainers import EXPLAINERS, explainers_for
@@ -29,12 +29,12 @@ def examined(pilot):
 
 
 def mean(examined, explainer, measure):
-    return float(np.nanmean(examined.told[explainer][measure]))
+    return float(np.nanmean(examined.scores[explainer][measure]))
 
 
 def test_every_explanation_has_every_score_in_every_scene(examined):
-    assert set(examined.told) == {e.name for e in EXPLAINERS}
-    for by in examined.told.values():
+    assert set(examined.scores) == {e.name for e in EXPLAINERS}
+    for by in examined.scores.values():
         assert set(MEASURES) | {randomised_top(top) for top in range(1, 7)} == set(by)
         assert {len(v) for v in by.values()} == {len(examined.voyage)}
 
@@ -48,16 +48,16 @@ def test_the_shapley_value_has_full_marks_against_itself_and_nulls_have_not(exam
 
 
 def test_nulls_do_not_notice_that_the_pilot_forgot_everything(examined):
-    assert mean(examined, "cpa", "forgotten") == pytest.approx(1.0)
+    assert mean(examined, "cpa", "randomised") == pytest.approx(1.0)
     assert mean(examined, "random", randomised_top(1)) == pytest.approx(1.0)
-    assert np.isnan(examined.told["uniform"]["forgotten"]).all()
+    assert np.isnan(examined.scores["uniform"]["randomised"]).all()
 
 
 def test_what_is_made_of_the_networks_is_forgotten_and_may_come_back_upside_down(examined):
     for explainer in ("shapley", "leave_one_out", "attention"):
-        found = examined.told[explainer]["forgotten"]
+        found = examined.scores[explainer]["randomised"]
         assert found.min() < 0
-        assert mean(examined, explainer, "forgotten") < 0.6
+        assert mean(examined, explainer, "randomised") < 0.6
 
 
 def test_layers_are_forgotten_one_after_the_other_from_the_output_down(examined):
@@ -65,16 +65,18 @@ def test_layers_are_forgotten_one_after_the_other_from_the_output_down(examined)
     # Attention is what the bottom three layers say: the head of the actor has no part in it.
     assert mean(examined, "attention", randomised_top(4)) == pytest.approx(1.0)
     assert mean(examined, "attention", randomised_top(6)) < 1.0
-    asked = np.isfinite(examined.told["shapley"][randomised_top(1)])
+    asked = np.isfinite(examined.scores["shapley"][randomised_top(1)])
     assert asked.sum() == -(-len(asked) // 4)
 
 
 def test_what_is_a_rudder_is_also_taken_as_it_is_told(examined):
-    for name, by in examined.told.items():
-        told = np.isfinite(by["as_told"])
-        assert told.all() if name in ("shapley", "leave_one_out", "gradient") else not told.any()
-        assert np.all(by["as_told"][told] >= by["infidelity"][told] - 1e-5)
-    assert mean(examined, "shapley", "as_told") < 1.0
+    for name, by in examined.scores.items():
+        defined = np.isfinite(by["unscaled_infidelity"])
+        assert (
+            defined.all() if name in ("shapley", "leave_one_out", "gradient") else not defined.any()
+        )
+        assert np.all(by["unscaled_infidelity"][defined] >= by["infidelity"][defined] - 1e-5)
+    assert mean(examined, "shapley", "unscaled_infidelity") < 1.0
 
 
 def test_scores_are_kept_to_the_bit_and_not_computed_again(examined, tmp_path):
@@ -161,5 +163,5 @@ def test_the_interval_of_dependent_scenes_is_that_of_their_voyages():
     rng = np.random.default_rng(1)
     by_voyage = rng.normal(size=50)
     values = np.repeat(by_voyage, 20)
-    _, low, high = clustered_mean([values], [np.repeat(np.arange(50), 20)])
-    assert high - low == pytest.approx(2 * 1.96 / np.sqrt(50), rel=0.35)
+    found = clustered_mean([values], [np.repeat(np.arange(50), 20)])
+    assert found.high - found.low == pytest.approx(2 * 1.96 / np.sqrt(50), rel=0.35)

@@ -38,8 +38,7 @@ def run(
     from glasshelm.core.terminal import Terminal
     from glasshelm.evaluation.contenders import parse_contenders
     from glasshelm.evaluation.evaluation_run import describe_machine
-    from glasshelm.faithfulness.eligibility import eligible_pilots
-    from glasshelm.faithfulness.exam_session import run_exams
+    from glasshelm.faithfulness.exam_session import eligible_pilots, run_exams
     from glasshelm.faithfulness.scenes import SHIP_COUNTS
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):

@@ -23,7 +23,7 @@ from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 ROLLOUT_CODE = (
     "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
     "networks", "pilots", "planning", "ship", "simulation/rollout.py",
-    "simulation/sensor_model.py", "training/course_reversals.py",
+    "simulation/sensor_model.py",
 )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from glasshelm.evaluation.evaluation_run import (
     suites_of,
 )
 from glasshelm.evaluation.measure_columns import SuiteResult
-from glasshelm.evaluation.overview import overview
 from glasshelm.evaluation.statistics import (
     ConfidenceInterval,
     bootstrap,
@@ -46,6 +45,47 @@ def markdown_report(examined: EvaluationResult, against: Sequence[str]) -> str:
         parts.append(_rules(entrants, examined))
     parts.append(_timings(examined))
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+#: What is told of every suite, and the column that it is the rate of.
+SUMMARY_RATES = {
+    "Collisions": "collided",
+    "Domain intrusions": "intruded",
+    "Within 0.5 NM": "within_half_nm",
+}
+
+
+def overview(examined: EvaluationResult) -> str:
+    """Tables of the rates over all suites, for each ship; empty where there is one suite."""
+    suites = suites_of(examined)
+    if len(suites) < 2:
+        return ""
+    seeds_of_all = [
+        seeds for suite in suites for seeds in results_by_contender(examined, suite.name)
+    ]
+    ships = dict.fromkeys(seeds[0].contender.ship_name for seeds in seeds_of_all)
+    parts = ["## Overview"]
+    for ship in ships:
+        sailed = [seeds for seeds in seeds_of_all if seeds[0].contender.ship_name == ship]
+        for what, column in SUMMARY_RATES.items():
+            parts.append(f"**{what}, `{ship}`.**\n\n{_overview_table(column, sailed)}")
+    return "\n\n".join(parts)
+
+
+def _overview_table(column: str, sailed: Sequence[Sequence[SuiteResult]]) -> str:
+    pilots = list(dict.fromkeys(seeds[0].contender.name for seeds in sailed))
+    cells = {
+        (seeds[0].suite.name, seeds[0].contender.name): percent(
+            rate_interval(stack_seeds(seeds, column))
+        )
+        for seeds in sailed
+    }
+    sizes = {seeds[0].suite.name: seeds[0].suite.size for seeds in sailed}
+    rows = [
+        [suite, f"{size:,}", *(cells.get((suite, pilot), "–") for pilot in pilots)]
+        for suite, size in sizes.items()
+    ]
+    return markdown_table(["suite", "encounters", *pilots], rows)
 
 
 def _methods() -> str:

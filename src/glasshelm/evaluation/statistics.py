@@ -1,28 +1,31 @@
-"""Intervals for rates, ratios of rates and returns.
+"""Confidence intervals for rates, ratios of rates, returns and scores, and Holm's correction.
 
-Rates of one trained pilot over independent encounters: Clopper and Pearson
-(1934), exact, never below its nominal cover. Ratios of two rates over the same
-encounters: the score interval of Nam and Blackwelder (2002), which knows that
-the encounters are paired and has an answer where nothing happened. Returns, and
-everything over several training seeds: the interquartile mean and a percentile bootstrap
-after Agarwal et al. (2021), with one difference: a seed sails all
-encounters, so seeds are drawn as wholes, and encounters within their strata.
+Rates of one trained pilot over independent encounters: Clopper and Pearson (1934), exact.
+Ratios of two rates over the same encounters: the score interval of Nam and Blackwelder (2002),
+which takes account of the pairing and is defined where nothing happened. Returns, and everything
+over several training seeds: a percentile bootstrap after Agarwal et al. (2021), with one
+difference. A seed sails all encounters, so seeds are drawn as wholes, and encounters within
+their strata. Scores of scenes: the same, with voyages drawn as wholes.
 """
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.optimize import root_scalar
 from scipy.stats import beta
 
 #: Two-sided 95 %.
 LEVEL = 0.95
-#: With fewer events (or fewer others) than this a seed, resampling does not see how many there
+#: With fewer events (or fewer others) a seed than this, resampling underestimates how many there
 #: might have been.
 FEW = 5
+#: Resamples of an interval, and of a p-value, which Holm divides by the number of comparisons.
+RESAMPLES, P_VALUE_RESAMPLES = 1_000, 4_000
 _Z = 1.959963984540054
 
 Values = Float[np.ndarray, "seeds n"]
@@ -30,7 +33,7 @@ Values = Float[np.ndarray, "seeds n"]
 
 @dataclasses.dataclass(frozen=True)
 class ConfidenceInterval:
-    """An estimate and its 95 % interval."""
+    """An estimate and its 95 % confidence interval."""
 
     value: float
     low: float
@@ -38,7 +41,10 @@ class ConfidenceInterval:
 
 
 def clopper_pearson(events: int | float, of: int, level: float = LEVEL) -> ConfidenceInterval:
-    """The exact interval of a rate: ``events`` of ``of`` independent trials (a mean of several)."""
+    """The exact interval of a rate: ``events`` of ``of`` independent trials.
+
+    ``events`` may be a mean over several series of trials, hence no whole number.
+    """
     tail = (1.0 - level) / 2
     low = float(beta.ppf(tail, events, of - events + 1)) if events else 0.0
     high = float(beta.ppf(1.0 - tail, events + 1, of - events)) if events < of else 1.0
@@ -46,7 +52,7 @@ def clopper_pearson(events: int | float, of: int, level: float = LEVEL) -> Confi
 
 
 def interquartile_mean(values: Float[np.ndarray, "..."]) -> float:
-    """The mean of the middle half of all values; ends of the half count in part."""
+    """The mean of the middle half of all values; values at its ends count in part."""
     ordered = np.sort(np.asarray(values, np.float64), axis=None)
     quarter = len(ordered) / 4
     place = np.arange(len(ordered))
@@ -65,7 +71,7 @@ def bootstrap(
     values: Values,
     strata: Int[np.ndarray, " n"],
     statistic: Callable[[Values], float] = interquartile_mean,
-    resamples: int = 1000,
+    resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> ConfidenceInterval:
     """A statistic of [seeds, encounters] and its percentile interval.
@@ -81,8 +87,14 @@ def bootstrap(
         drawn = np.concatenate([m[rng.integers(len(m), size=len(m))] for m in members])
         rows = rng.integers(seeds, size=seeds) if seeds > 1 else np.zeros(1, np.int64)
         found[i] = statistic(values[np.ix_(rows, drawn)])
-    low, high = np.quantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
-    return ConfidenceInterval(statistic(values), float(low), float(high))
+    return _percentiles(statistic(values), found)
+
+
+def _percentiles(
+    value: float, found: np.ndarray, method: Literal["linear", "nearest"] = "linear"
+) -> ConfidenceInterval:
+    low, high = np.nanquantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], method=method)
+    return ConfidenceInterval(float(value), float(low), float(high))
 
 
 def rate_interval(events: Bool[np.ndarray, "seeds n"]) -> ConfidenceInterval:
@@ -120,14 +132,13 @@ def risk_ratio(
     split = ours.shape[0]
     both = np.concatenate([ours, theirs]).astype(np.float64)
     rng = np.random.default_rng(0)
-    found = np.empty(1000)
-    for i in range(len(found)):
+    found = np.empty(RESAMPLES)
+    for i in range(RESAMPLES):
         drawn = rng.integers(both.shape[1], size=both.shape[1])
         a = both[rng.integers(split, size=split)][:, drawn].mean()
         b = both[split + rng.integers(len(theirs), size=len(theirs))][:, drawn].mean()
         found[i] = a / b if b > 0 else math.inf
-    low, high = np.quantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], method="nearest")
-    whole = ConfidenceInterval(float(ours.mean() / theirs.mean()), float(low), float(high))
+    whole = _percentiles(ours.mean() / theirs.mean(), found, method="nearest")
     if min(events.sum() / len(events) for events in (ours, theirs)) >= FEW:
         return whole
     for one, other in itertools.product(ours, theirs):
@@ -177,10 +188,79 @@ def _crossing(score: Callable[[float], float], start: float, level: float, facto
         if (score(outside) - level) * (factor - 1) <= 0:
             break
         inside, outside = outside, outside * factor
-    for _ in range(60):
-        middle = math.sqrt(inside * outside)
-        if (score(middle) - level) * (factor - 1) <= 0:
-            outside = middle
-        else:
-            inside = middle
-    return math.sqrt(inside * outside)
+    ends = math.log(inside), math.log(outside)
+    root = root_scalar(lambda x: score(math.exp(x)) - level, bracket=ends, method="brentq").root
+    return math.exp(float(root))
+
+
+Scores = Sequence[Float[np.ndarray, " s"]]
+#: Sum and number of the scores of each voyage of one training seed.
+_Sums = tuple[np.ndarray, np.ndarray]
+
+
+def clustered_mean(seeds: Scores, voyages: Sequence[np.ndarray]) -> ConfidenceInterval:
+    """A mean over scenes and its interval: seeds and voyages are drawn as wholes.
+
+    Scenes of one voyage resemble each other, and so do all scenes of one training.
+
+    Args:
+        seeds: The scores of each seed's scenes; nan (not defined there) is left out.
+        voyages: The voyage that each scene is of.
+    """
+    sums = _by_voyage(seeds, voyages)
+    if not sums:
+        return ConfidenceInterval(math.nan, math.nan, math.nan)
+    mean = np.mean([total.sum() / count.sum() for total, count in sums if count.sum()])
+    return _percentiles(float(mean), _resampled(sums, RESAMPLES))
+
+
+def clustered_p_value(seeds: Scores, voyages: Sequence[np.ndarray]) -> float:
+    """Two-sided bootstrap p-value of a mean of 0, drawn as above; nan if there are no scores."""
+    sums = _by_voyage(seeds, voyages)
+    if not sums:
+        return math.nan
+    drawn = _resampled(sums, P_VALUE_RESAMPLES)
+    drawn = drawn[np.isfinite(drawn)]
+    side = min((drawn <= 0).sum(), (drawn >= 0).sum())
+    return float(min(1.0, 2.0 * (side + 1) / (len(drawn) + 1)))
+
+
+def holm(p_values: Sequence[float]) -> list[bool]:
+    """Which comparisons are significant at 5 % for all of them together (Holm 1979).
+
+    nan is no comparison: it is never significant and does not count.
+    """
+    significant = [False] * len(p_values)
+    made = [i for i in np.argsort(p_values) if np.isfinite(p_values[i])]
+    for done, i in enumerate(made):
+        if p_values[i] > (1 - LEVEL) / (len(made) - done):
+            break
+        significant[i] = True
+    return significant
+
+
+def _by_voyage(seeds: Scores, voyages: Sequence[np.ndarray]) -> list[_Sums]:
+    """The sums of each seed; empty if no score is defined."""
+    sums = []
+    for values, voyage in zip(seeds, voyages, strict=True):
+        fine = np.isfinite(values)
+        _, index = np.unique(voyage, return_inverse=True)
+        total = np.bincount(index[fine], values[fine], minlength=index.max() + 1)
+        sums.append((total, np.bincount(index[fine], minlength=index.max() + 1)))
+    return sums if any(count.any() for _, count in sums) else []
+
+
+def _resampled(sums: Sequence[_Sums], resamples: int) -> Float[np.ndarray, " r"]:
+    """Means of resamples: as many seeds as there are, of each as many voyages as it has."""
+    rng = np.random.default_rng(0)
+    seeds = rng.integers(len(sums), size=(resamples, len(sums)))
+    means = np.full(seeds.shape, np.nan)
+    for seed, (total, count) in enumerate(sums):
+        rows, columns = np.nonzero(seeds == seed)
+        voyage = rng.integers(len(total), size=(len(rows), len(total)), dtype=np.int32)
+        scenes = count[voyage].sum(1)
+        mean = total[voyage].sum(1) / np.maximum(scenes, 1)
+        means[rows, columns] = np.where(scenes > 0, mean, np.nan)
+    defined = np.isfinite(means)
+    summed, number = np.where(defined, means, 0.0).sum(1), defined.sum(1)
+    return np.where(number > 0, summed / np.maximum(number, 1), np.nan)

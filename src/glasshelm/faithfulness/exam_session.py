@@ -1,23 +1,54 @@
-"""One exam from beginning to end: pilot after pilot, each one's results written when it is done."""
+"""One exam: pilot after pilot, the results written after each."""
 
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from glasshelm.core.compile_cache import clear_if_full
+from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.core.terminal import Terminal, progress
 from glasshelm.core.text import file_name
+from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.result_cache import ResultCache
 from glasshelm.faithfulness.exam_runner import ExamResult, run_exam
 from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
 from glasshelm.faithfulness.score_plots import scores_figure
 from glasshelm.faithfulness.score_tables import exam_report
 from glasshelm.figures.style import save
+from glasshelm.networks.actors import AttentionActor
 from glasshelm.pilots.learned import LearnedPilot
 
 #: Encounters, scenes at most of each number of ships, numbers of ships.
 ExamSize = tuple[int, int, tuple[int, ...]]
+
+
+def eligible_pilots(contenders: Sequence[Contender]) -> list[tuple[str, list[LearnedPilot]]]:
+    """Each contender's name and seeds. InputError names the first that cannot be examined."""
+    return [(contender.name, _seeds(contender)) for contender in contenders]
+
+
+def _seeds(contender: Contender) -> list[LearnedPilot]:
+    seeds = []
+    for pilot in contender.pilots:
+        if not isinstance(pilot, LearnedPilot):
+            raise InputError(
+                f"pilot {pilot.name!r} has no networks to explain, or is guarded: "
+                "name a learned pilot or a .safetensors file"
+            )
+        if seeds and _networks(pilot) != _networks(seeds[0]):
+            raise InputError(
+                f"pilot {contender.name!r}: its seeds cannot be examined together: "
+                f"{seeds[0].name!r} is {_networks(seeds[0])}, {pilot.name!r} is {_networks(pilot)}"
+            )
+        seeds.append(pilot)
+    return seeds
+
+
+def _networks(pilot: LearnedPilot) -> str:
+    """What decides which explanations there are, in words."""
+    actor = "an attention actor" if isinstance(pilot.actor, AttentionActor) else "a sum actor"
+    return f"{actor} {'without a' if pilot.critic is None else 'with its'} critic"
 
 
 def run_exams(

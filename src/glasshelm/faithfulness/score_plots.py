@@ -32,14 +32,14 @@ def scores_figure(seeds: Sequence[ExamResult], name: str) -> Figure:
     for ax, measure in zip(axes, TRUTH_MEASURES, strict=True):
         ax.axvline(0, color=SOFT, lw=0.7)
         for row, explainer in zip(rows, explainers, strict=True):
-            value, low, high = score_of(seeds, explainer.name, measure)
-            if np.isfinite(value):
+            score = score_of(seeds, explainer.name, measure)
+            if np.isfinite(score.value):
                 colour = _COLOURS[explainer.kind]
-                ax.plot([low, high], [row, row], color=colour, lw=1.8)
-                ax.plot(value, row, "o", color=colour, ms=3.5)
-                lowest = min(lowest, low - 0.05)
+                ax.plot([score.low, score.high], [row, row], color=colour, lw=1.8)
+                ax.plot(score.value, row, "o", color=colour, ms=3.5)
+                lowest = min(lowest, score.low - 0.05)
                 if explainer.name == NULL:
-                    ax.axvline(value, color=SOFT, lw=0.7, ls="--")
+                    ax.axvline(score.value, color=SOFT, lw=0.7, ls="--")
         ax.set_title(MEASURE_TITLES[measure], fontsize=8)
         ax.grid(axis="x")
     axes[0].set_xlim(lowest, 1.05)

@@ -5,8 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from glasshelm.core.text import markdown_code, markdown_text
-from glasshelm.faithfulness.bootstrap import clustered_mean, clustered_p_value, holm
+from glasshelm.evaluation.statistics import (
+    ConfidenceInterval,
+    clustered_mean,
+    clustered_p_value,
+    holm,
+)
+from glasshelm.evaluation.tables import markdown_table
 from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
+from glasshelm.faithfulness.explainers import Explainer
 
 MEASURE_TITLES = {
     "kendall": "τ_b with φ",
@@ -15,10 +22,10 @@ MEASURE_TITLES = {
     "deletion": "deletion",
     "insertion": "insertion",
     "infidelity": "infidelity",
-    "as_told": "infidelity, c = 1",
+    "unscaled_infidelity": "infidelity, c = 1",
     "simulated": "ρ with simulation",
     "sensitivity": "sensitivity",
-    "forgotten": "ρ after forgetting",
+    "randomised": "ρ after randomising",
 }
 #: Measures of truth by which the verdict is given: larger is better.
 TRUTH_MEASURES = ("kendall", "deletion", "insertion", "simulated")
@@ -31,69 +38,51 @@ Seeds = Sequence[ExamResult]
 
 
 def exam_report(name: str, seeds: Seeds, command: str, machine: str) -> str:
-    """The table of one pilot (its training seeds together) and the verdict."""
-    first = seeds[0]
+    """The table of one pilot (its training seeds together) and the conclusions."""
     scenes = sum(len(s.voyage) for s in seeds)
     voyages = sum(len(np.unique(s.voyage)) for s in seeds)
     hashes = ", ".join(f"`{(s.pilot.weights_sha256 or '')[:8]}`" for s in seeds)
     own = np.mean([np.median(s.rudder_sensitivity) for s in seeds])
     plural = "s" if len(seeds) > 1 else ""
-    lines = [
+    layers = min(s.layers for s in seeds)
+    cascade = [randomised_top(top) for top in range(1, layers)] + ["randomised"]
+    learned = [e for e in seeds[0].explainers if e.kind != "null"]
+    parts = [
         f"## {markdown_text(name)}",
-        "",
         f"{scenes:,} scenes of {voyages:,} voyages, {len(seeds)} seed{plural}. Weights (SHA-256): "
         f"{hashes}. {machine}. {markdown_code(command)}",
-        "",
-        "| explanation | " + " | ".join(MEASURE_TITLES[m] for m in MEASURES) + " |",
-        "|---|" + "---|" * len(MEASURES),
-    ]
-    for explainer in first.explainers:
-        cells = [_cell(seeds, explainer.name, measure) for measure in MEASURES]
-        lines.append(f"| {explainer.title} | " + " | ".join(cells) + " |")
-    lines += [
-        "",
+        _table(seeds, seeds[0].explainers, MEASURES, [MEASURE_TITLES[m] for m in MEASURES]),
         f"The rudder's own sensitivity: {own:.2f} (median). In brackets 95 % intervals, "
         "each for itself.",
-        "",
-        *_staged(seeds),
-        *conclusions(seeds),
+        f"ρ after randomising the weights, layer by layer from the output down (of {layers}; "
+        "before the last of one scene in four):",
+        _table(seeds, learned, cascade, list(map(str, range(1, layers + 1)))),
+        "\n".join(conclusions(seeds)),
     ]
-    return "\n".join(lines) + "\n"
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(
+    seeds: Seeds, explainers: Sequence[Explainer], measures: Sequence[str], titles: Sequence[str]
+) -> str:
+    """One row an explanation, one column a measure."""
+    rows = [[e.title, *(_cell(seeds, e.name, m) for m in measures)] for e in explainers]
+    return markdown_table(["explanation", *titles], rows)
 
 
 def _cell(seeds: Seeds, explainer: str, measure: str) -> str:
     if measure == "sensitivity":
-        middle = np.median(np.concatenate([s.scores[explainer][measure] for s in seeds]))
-        return f"{middle:.2f}"
-    value, low, high = score_of(seeds, explainer, measure)
-    if not np.isfinite(value):
+        return f"{np.median(np.concatenate([s.scores[explainer][measure] for s in seeds])):.2f}"
+    score = score_of(seeds, explainer, measure)
+    if not np.isfinite(score.value):
         return "–"
-    return f"{value:.2f} [{low:.2f}, {high:.2f}]"
+    return f"{score.value:.2f} [{score.low:.2f}, {score.high:.2f}]"
 
 
-def score_of(seeds: Seeds, explainer: str, measure: str) -> tuple[float, float, float]:
-    """The mean of a measure and its interval."""
-    return clustered_mean(
-        [np.asarray(s.scores[explainer][measure]) for s in seeds], [s.voyage for s in seeds]
-    )
-
-
-def _staged(seeds: Seeds) -> list[str]:
-    """ρ after the top 1, 2, … layers were forgotten, of what is made of the networks."""
-    layers = min(s.layers for s in seeds)
-    measures = [randomised_top(top) for top in range(1, layers)] + ["forgotten"]
-    lines = [
-        f"ρ after forgetting, layer by layer from the output down (of {layers}; before the last "
-        "of one scene in four):",
-        "",
-        "| explanation | " + " | ".join(map(str, range(1, layers + 1))) + " |",
-        "|---|" + "---|" * layers,
-    ]
-    for explainer in seeds[0].explainers:
-        if explainer.kind != "null":
-            cells = [_cell(seeds, explainer.name, measure) for measure in measures]
-            lines.append(f"| {explainer.title} | " + " | ".join(cells) + " |")
-    return [*lines, ""]
+def score_of(seeds: Seeds, explainer: str, measure: str) -> ConfidenceInterval:
+    """The mean of a measure over all scenes, with its interval."""
+    values = [np.asarray(s.scores[explainer][measure]) for s in seeds]
+    return clustered_mean(values, [s.voyage for s in seeds])
 
 
 def conclusions(seeds: Seeds) -> list[str]:
@@ -122,7 +111,7 @@ def conclusions(seeds: Seeds) -> list[str]:
             said.append(f"- {_against(names[ours], names[NULL], better, worse)}")
     best = max(
         (e.name for e in seeds[0].explainers if e.name != "shapley"),
-        key=lambda e: np.nanmean([score_of(seeds, e, m)[0] for m in TRUTH_MEASURES]),
+        key=lambda e: np.nanmean([score_of(seeds, e, m).value for m in TRUTH_MEASURES]),
     )
     said.append(
         f"- By the mean of the same {len(TRUTH_MEASURES)} scores the truest, next to the Shapley "
@@ -135,7 +124,7 @@ def _gap(seeds: Seeds, ours: str, measure: str) -> tuple[float, float]:
     """How much more than the null an explanation has of a score, and the chance that it is 0."""
     gaps = [np.asarray(s.scores[ours][measure]) - s.scores[NULL][measure] for s in seeds]
     voyages = [s.voyage for s in seeds]
-    return clustered_mean(gaps, voyages)[0], clustered_p_value(gaps, voyages)
+    return clustered_mean(gaps, voyages).value, clustered_p_value(gaps, voyages)
 
 
 def _against(title: str, other: str, better: list[str], worse: list[str]) -> str:

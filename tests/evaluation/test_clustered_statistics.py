@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from glasshelm.faithfulness.bootstrap import clustered_p_value, holm
+from glasshelm.evaluation.statistics import clustered_p_value, holm
 
 
 def test_holm_asks_more_of_each_the_more_there_are():
