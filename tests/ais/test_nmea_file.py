@@ -30,7 +30,12 @@ def test_positions_and_identities(tmp_path):
         [59.5, 24.5, 12.3, 45.6, 44],
     )
     ship = recording.ships[211000001]
-    assert (ship.name, ship.length_m, ship.beam_m, ship.kind) == ("ALPHA BRAVO", 150.0, 22.0, "70")
+    assert (ship.name, ship.length_m, ship.beam_m, ship.ship_type) == (
+        "ALPHA BRAVO",
+        150.0,
+        22.0,
+        "70",
+    )
     assert recording.notes == ()
 
 

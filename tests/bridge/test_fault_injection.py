@@ -41,7 +41,7 @@ class Writer(SignalKWriter):
 
     def __init__(self):
         self.stands = None
-        self.trouble = None
+        self.last_error = None
 
     def tell(self, frame, alarms):
         rudder = None if frame.decision is None else frame.decision.rudder_rad

@@ -188,7 +188,7 @@ def test_a_log_that_shrank_is_told(tmp_path):
 
 @pytest.mark.parametrize("end", [b"", b"\n"])
 def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end):
-    monkeypatch.setattr(frame_log, "LONGEST", 10_000)
+    monkeypatch.setattr(frame_log, "MAX_LINE_BYTES", 10_000)
     path = tmp_path / "a.jsonl"
     frame_log.write_log(path, [frame(0.0)])
     with open(path, "ab") as file:

@@ -91,11 +91,11 @@ def test_markdown_reads_a_name_as_text():
 
 def test_nobody_enters_with_an_order_in_her_name():
     for name in NAMES:
-        info = TargetInfo(f"i{name}", name, kind=name)
+        info = TargetInfo(f"i{name}", name, ship_type=name)
         assert info.id.isprintable()
         assert info.name.isprintable()
         assert len(info.name) <= LONGEST_NAME
-        assert (info.kind or "").isprintable()
+        assert (info.ship_type or "").isprintable()
 
 
 def test_a_log_from_outside_is_read_as_text(tmp_path):
@@ -155,10 +155,10 @@ def test_a_figure_that_fails_is_told_of_in_the_report(tmp_path, monkeypatch):
         raise ValueError("\x1b[31m<no>")
 
     plates = [dataclasses.replace(room.FIGURES[0], draw=fails), *room.FIGURES[2:4]]
-    monkeypatch.setattr(room, "PLATES", plates)
+    monkeypatch.setattr(room, "FIGURES", plates)
     page = room.write_report(plain(), tmp_path).read_text()
     assert "Tracks: not drawn, it failed (ValueError: \\x1b[31m&lt;no&gt;)." in page
-    monkeypatch.setattr(room, "PLATES", plates[:1])
+    monkeypatch.setattr(room, "FIGURES", plates[:1])
     assert "What happened" in room.write_report(plain(), tmp_path).read_text()
 
 

@@ -14,14 +14,13 @@ from glasshelm.explain.shapley import SMALL, exact_shapley, ship_shares, value_f
 from glasshelm.explain.step_explanation import cut, explain
 from glasshelm.pilots.learned import decide
 
-PILOTS = {kind: untrained(kind) for kind in ("sum", "attention")}
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
 jitted = eqx.filter_jit(explain)
 critic_at = eqx.filter_jit(lambda critic, seen, action: critic(seen, action))
 
 
 def at(kind: str, seen: Observation, action: float = 0.3):
-    pilot = PILOTS[kind]
+    pilot = untrained(kind)
     return jitted(pilot.actor, pilot.critic, seen, jnp.asarray(action, jnp.float32))
 
 
@@ -35,7 +34,7 @@ def permuted(seen: Observation, order: np.ndarray) -> Observation:
 def test_parts_sum_to_the_critics_own_total(kind, ships):
     seen = observation(ships)
     why = at(kind, seen)
-    total = critic_at(PILOTS[kind].critic, seen, jnp.asarray(0.3)).total
+    total = critic_at(untrained(kind).critic, seen, jnp.asarray(0.3)).total
     np.testing.assert_allclose(why.value.waypoint + why.value.by_ship.sum(), total, **CLOSE)
     np.testing.assert_allclose(why.value.total, total, **CLOSE)
 
@@ -43,7 +42,7 @@ def test_parts_sum_to_the_critics_own_total(kind, ships):
 @given(action=st.floats(-1, 1, width=32), seed=st.integers(0, 5))
 def test_priority_is_the_gain_over_rudder_amidships(action, seed):
     seen = observation(4, seed)
-    critic = PILOTS["sum"].critic
+    critic = untrained("sum").critic
     why = at("sum", seen, action)
     there, straight = (critic_at(critic, seen, jnp.asarray(a, jnp.float32)) for a in (action, 0.0))
     np.testing.assert_allclose(why.priority.by_ship, there.by_ship - straight.by_ship, **CLOSE)
@@ -124,15 +123,15 @@ def test_sweep_agrees_with_the_critic_rudder_by_rudder():
     assert why.sweep.action[-1] == 1
     assert np.abs(why.sweep.action).min() < 1e-7
     for k in (0, 4, 20):
-        alone = PILOTS["sum"].critic(seen, jnp.asarray(why.sweep.action[k]))
+        alone = untrained("sum").critic(seen, jnp.asarray(why.sweep.action[k]))
         np.testing.assert_allclose(why.sweep.value.by_ship[k], alone.by_ship, **CLOSE)
         np.testing.assert_allclose(why.sweep.value.waypoint[k], alone.waypoint, **CLOSE)
 
 
 def test_compiled_equals_eager():
     seen = observation(4)
-    eager = decide(PILOTS["attention"], seen)
-    compiled = PILOTS["attention"].decide(seen)
+    eager = decide(untrained("attention"), seen)
+    compiled = untrained("attention").decide(seen)
     for a, b in zip(jax.tree.leaves(eager), jax.tree.leaves(compiled), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
 
@@ -147,7 +146,7 @@ def test_the_far_ship_is_far_and_opening():
 
 
 def test_far_value_is_the_collision_heads_own():
-    critic = PILOTS["sum"].critic
+    critic = untrained("sum").critic
     action = jnp.asarray(0.4)
     expected = critic(far_ship(), action).by_ship[0]
     np.testing.assert_allclose(far_value(critic, action), expected)

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
 from glasshelm.pilots.protocols import OraclePilot, Pilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.planning.cross_entropy_search import Known, SearchSettings, as_sailed, improve_all
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.rollout import Case, rollout
-from glasshelm.training.vector_env import draw_encounters
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
@@ -25,7 +24,7 @@ SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
 @pytest.fixture(scope="module")
 def known() -> Known:
     settings = RandomEncounters(targets=(2, 2))
-    return Known.still(draw_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS)
+    return Known.still(random_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS)
 
 
 @jax.jit

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 from tests.pilots.scenes import colliding, observed
 
-from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.course_pilot import CoursePilot, Intent, Method
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import METHODS, UNTRAINED, pilot_named
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.validation import sail_remembering
-from glasshelm.training.vector_env import draw_encounters
+from glasshelm.training.validation import validation_rollout
 
 SHIP = SHIPS["paper"]
 AVOIDING = [name for name in METHODS if name != "waypoint"]
@@ -100,10 +99,9 @@ def test_one_world_is_steered_as_it_is_among_others(name):
 def intruded(method: str) -> int:
     """In how many of 24 encounters with the real ship somebody came into the domain."""
     ship = SHIPS["large_ship"]
-    encounters = draw_encounters(jax.random.key(5), 24, ship, RandomEncounters(targets=(1, 3)))
-    helm = BatchedPilot(CoursePilot(ship, method, METHODS[method]))
-    found = sail_remembering(helm, helm.start(24), encounters, ship, 240, 480)
-    return int((found.margin[1] > 0).sum())
+    encounters = random_encounters(jax.random.key(5), 24, ship, RandomEncounters(targets=(1, 3)))
+    policy = BatchedPilot(CoursePilot(ship, method, METHODS[method]))
+    return int((validation_rollout(policy, encounters, ship, 240, 480).margin[1] > 0).sum())
 
 
 @pytest.mark.parametrize("name", AVOIDING)

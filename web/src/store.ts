@@ -18,11 +18,11 @@ import type {
   Banded,
   Bounds,
   Catalogue,
-  ClientMessage,
   Frame,
   FrameNow,
   Hello,
   Meeting,
+  Request,
   ServerMessage,
   Session,
   Target,
@@ -99,7 +99,7 @@ export class Store {
     window.setInterval(() => this.tick(), 1000);
   }
 
-  send(message: ClientMessage): void {
+  send(message: Request): void {
     if (!this.socket.send(message)) this.notify("Not sent: no connection", true);
   }
 

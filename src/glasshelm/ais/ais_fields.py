@@ -45,7 +45,7 @@ def ais_said(sentence: AISSentence) -> Said | RejectReason:
     if sentence.ais_id in NO_SHIP or not is_vessel_mmsi(mmsi):
         return RejectReason.NO_SHIP
     if sentence.ais_id not in POSITION | STATIC:
-        return RejectReason.UNUSED
+        return RejectReason.UNUSED_KIND
     try:
         message = sentence.decode()
     except Exception:  # of a mangled payload pyais raises many kinds
@@ -60,7 +60,7 @@ def ais_said(sentence: AISSentence) -> Said | RejectReason:
     said = {name: value for name, value in said.items() if value is not None}
     if said:
         return {"id": str(mmsi)} | said
-    return RejectReason.NOTHING_TOLD if len(told) == len(ends) else RejectReason.UNDECODABLE
+    return RejectReason.EMPTY if len(told) == len(ends) else RejectReason.UNDECODABLE
 
 
 @functools.cache
@@ -96,7 +96,7 @@ def _identity(told: Mapping[str, Any]) -> Said:
         "name": (told.get("shipname") or "").strip(" @") or None,
         "length_m": _size(told.get("to_bow"), told.get("to_stern")),
         "beam_m": _size(told.get("to_port"), told.get("to_starboard")),
-        "kind": str(int(kind)) if kind else None,
+        "ship_type": str(int(kind)) if kind else None,
     }
 
 

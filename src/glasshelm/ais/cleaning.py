@@ -10,19 +10,19 @@ import dataclasses
 import numpy as np
 
 from glasshelm.ais.limits import (
-    FASTEST_KN,
+    MAX_SPEED_KN,
     is_angle_deg,
     is_position,
     is_speed_kn,
     is_vessel_mmsi,
 )
-from glasshelm.ais.table import OWN_SENSORS, Reports, counted
+from glasshelm.ais.table import OWN_SENSORS, ReportTable, count_note
 from glasshelm.ship.nomoto import KNOT_M_S
 
 #: A ship goes no farther than her highest speed takes her, beyond the error of two positions [m].
 POSITION_ERROR_M = 100.0
 #: So many reports that agree outweigh the track before them.
-AGREEING = 3
+N_AGREEING = 3
 #: A report with the contents of the one before it within this time is a repeat [s].
 REPEAT_S = 2.0
 #: Motion is derived from the latest report at least this much older [s] ...
@@ -35,7 +35,7 @@ SHORT_WAY_M = 25.0
 _EARTH_M = 6_371_000.0
 
 
-def clean(reports: Reports) -> tuple[Reports, tuple[str, ...]]:
+def clean(reports: ReportTable) -> tuple[ReportTable, tuple[str, ...]]:
     """The usable reports, ordered by ship and time, complete in speed and course; what was done.
 
     A speed above 60 kn (102.3 by the book), a course of 360° or more (409.5), a heading of
@@ -47,7 +47,7 @@ def clean(reports: Reports) -> tuple[Reports, tuple[str, ...]]:
     def drop(bad: np.ndarray, what: str) -> None:
         nonlocal reports
         if bad.any():
-            notes.extend(counted(int(bad.sum()), f"dropped: {what}"))
+            notes.extend(count_note(int(bad.sum()), f"dropped: {what}"))
             reports = reports.take(~bad)
 
     drop(_impossible(reports), "impossible position")
@@ -57,22 +57,22 @@ def clean(reports: Reports) -> tuple[Reports, tuple[str, ...]]:
     late = _late(reports)
     order = np.lexsort((reports.time_s, reports.mmsi))
     reports = reports.take(order)
-    notes.extend(counted(late, "out of order in time: sorted"))
+    notes.extend(count_note(late, "out of order in time: sorted"))
     drop(_repeated(reports), "duplicate")
-    drop(_jumped(reports), f"jump (faster than {FASTEST_KN:g} kn)")
+    drop(_jumped(reports), f"jump (faster than {MAX_SPEED_KN:g} kn)")
     reports, alone = _completed(reports, notes)
     drop(alone, "neither a speed nor a second position to tell it from")
     return reports, tuple(notes)
 
 
-def _impossible(r: Reports) -> np.ndarray:
+def _impossible(r: ReportTable) -> np.ndarray:
     return ~is_position(r.latitude_deg, r.longitude_deg)
 
 
-def _coded(r: Reports, notes: list[str]) -> Reports:
+def _coded(r: ReportTable, notes: list[str]) -> ReportTable:
     """The codes for "not available" as NaN, overflown courses mended."""
     overflow = (r.cog_deg < 0) & (r.cog_deg > -409.6)
-    notes.extend(counted(int(overflow.sum()), "with a negative course: 409.6° added"))
+    notes.extend(count_note(int(overflow.sum()), "with a negative course: 409.6° added"))
     cog = np.where(overflow, r.cog_deg + 409.6, r.cog_deg)
     return dataclasses.replace(
         r,
@@ -82,14 +82,14 @@ def _coded(r: Reports, notes: list[str]) -> Reports:
     )
 
 
-def _late(r: Reports) -> int:
+def _late(r: ReportTable) -> int:
     """How many reports stand in the file after a later one of the same ship."""
     order = np.argsort(r.mmsi, kind="stable")
     same = np.diff(r.mmsi[order]) == 0
     return int(np.sum(same & (np.diff(r.time_s[order]) < 0)))
 
 
-def _repeated(r: Reports) -> np.ndarray:
+def _repeated(r: ReportTable) -> np.ndarray:
     """Rows of a sorted table with the ship and time of the row before, or its contents at once."""
     same = np.zeros(len(r), bool)
     if len(r) < 2:
@@ -101,7 +101,7 @@ def _repeated(r: Reports) -> np.ndarray:
     return same
 
 
-def _way_m(r: Reports, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _way_m(r: ReportTable, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """East and north [m] from rows ``a`` to rows ``b``, near enough together to be a plane."""
     latitude = np.radians(r.latitude_deg)
     turn = np.mod(r.longitude_deg[b] - r.longitude_deg[a] + 180.0, 360.0) - 180.0
@@ -109,12 +109,12 @@ def _way_m(r: Reports, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.nda
     return east, (latitude[b] - latitude[a]) * _EARTH_M
 
 
-def _reachable(r: Reports, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _reachable(r: ReportTable, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     way = np.hypot(*_way_m(r, a, b))
-    return way <= FASTEST_KN * KNOT_M_S * np.abs(r.time_s[b] - r.time_s[a]) + POSITION_ERROR_M
+    return way <= MAX_SPEED_KN * KNOT_M_S * np.abs(r.time_s[b] - r.time_s[a]) + POSITION_ERROR_M
 
 
-def _jumped(r: Reports) -> np.ndarray:
+def _jumped(r: ReportTable) -> np.ndarray:
     """Reports that cannot be reached from the good one before them, of a sorted table."""
     jumped = np.zeros(len(r), bool)
     if len(r) < 2:
@@ -127,7 +127,7 @@ def _jumped(r: Reports) -> np.ndarray:
     return jumped
 
 
-def _jumps_of_ship(r: Reports, first: int, last: int) -> np.ndarray:
+def _jumps_of_ship(r: ReportTable, first: int, last: int) -> np.ndarray:
     """One ship's reports in time: which to drop.
 
     A report off the track waits; when ``AGREEING`` of them agree, the track
@@ -149,15 +149,15 @@ def _jumps_of_ship(r: Reports, first: int, last: int) -> np.ndarray:
             jumped[[w - first for w in waiting]] = True
             waiting = []
         waiting.append(row)
-        if len(waiting) == AGREEING:
-            if len(track) < AGREEING:
+        if len(waiting) == N_AGREEING:
+            if len(track) < N_AGREEING:
                 jumped[[t - first for t in track]] = True
             track, waiting = waiting, []
     jumped[[w - first for w in waiting]] = True
     return jumped
 
 
-def _completed(r: Reports, notes: list[str]) -> tuple[Reports, np.ndarray]:
+def _completed(r: ReportTable, notes: list[str]) -> tuple[ReportTable, np.ndarray]:
     """Speeds and courses filled in; and the rows whose speed nothing tells.
 
     Motion is taken from an earlier report (the first ones of a ship: from a
@@ -184,8 +184,8 @@ def _completed(r: Reports, notes: list[str]) -> tuple[Reports, np.ndarray]:
     beside = np.where(np.isnan(r.heading_deg), 0.0, r.heading_deg)
     cog = np.where(no_cog, np.where(known & (way >= SHORT_WAY_M), track, beside), r.cog_deg)
     alone = np.isnan(sog)
-    notes.extend(counted(int(np.sum(no_sog & ~alone)), "without speed: taken from positions"))
+    notes.extend(count_note(int(np.sum(no_sog & ~alone)), "without speed: taken from positions"))
     notes.extend(
-        counted(int(np.sum(no_cog & ~alone)), "without course: taken from positions or heading")
+        count_note(int(np.sum(no_cog & ~alone)), "without course: taken from positions or heading")
     )
     return dataclasses.replace(r, sog_kn=sog, cog_deg=cog), alone

@@ -15,8 +15,8 @@ import pyarrow as pa
 import pyarrow.compute
 
 from glasshelm.ais.limits import epoch_seconds, is_mmsi, is_size_m
-from glasshelm.ais.table import NO_SHIP, OWN_SENSORS, Particulars, Recording, Reports
-from glasshelm.ais.tally import Tally
+from glasshelm.ais.table import NOT_A_SHIP, OWN_SENSORS, Recording, ReportTable, StaticData
+from glasshelm.ais.tally import RowErrors
 
 #: Its functions are made when it is imported: no checker of types knows them.
 pc: Any = pyarrow.compute
@@ -24,7 +24,7 @@ pc: Any = pyarrow.compute
 #: What each column may be called, in small letters and digits alone: those of the Danish Maritime
 #: Authority, Kystverket and BarentsWatch, MarineCadastre (until 2024, since 2025), open research
 #: sets, and our own.
-NAMES: dict[str, tuple[str, ...]] = {
+COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "time": (
         "timestamp", "timestamputc", "basedatetime", "datetimeutc", "datetime", "msgtime",
         "unixtime", "timeutc", "epoch", "time", "ts", "t",  # the last may be a time of day
@@ -54,7 +54,7 @@ NO_MMSI = "without MMSI"
 _STATIONS = re.compile(r"basestation|aton|aidto|aidsto|sarairborne|aircraft|airborne")
 _STATION_MESSAGES = (4, 9, 11, 21)
 #: What stands for "nothing" in a text.
-NOTHING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "Unknown", "Undefined")
+NULL_TEXTS = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "Unknown", "Undefined")
 
 _DANISH = re.compile(
     r"(\d{1,2})[/.-](\d{1,2})[/.-](\d{4})[ T](\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$", re.ASCII
@@ -64,36 +64,36 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$", re.ASCII)
 _WKB_POINT = 21
 
 
-def known(name: str) -> str:
+def normalized(name: str) -> str:
     """The name of a column as :data:`NAMES` has it: ``# Timestamp (UTC)`` is ``timestamputc``."""
     return re.sub(r"[^a-z0-9]", "", name.lower())
 
 
-def places(header: Sequence[str]) -> dict[str, int]:
+def find_columns(header: Sequence[str]) -> dict[str, int]:
     """Where each column that is used stands in a header; those that are not there are left out."""
-    given = [known(name) for name in header]
+    given = [normalized(name) for name in header]
     found = {
         column: next((given.index(name) for name in names if name in given), None)
-        for column, names in NAMES.items()
+        for column, names in COLUMN_NAMES.items()
     }
     return {column: place for column, place in found.items() if place is not None}
 
 
-def missing(found: Mapping[str, object], header: Sequence[str]) -> str | None:
+def missing_column(found: Mapping[str, object], header: Sequence[str]) -> str | None:
     """What a header lacks, in words; None if nothing that is needed."""
     have = {*found, "latitude", "longitude"} if "point" in found else found
     lacking = next((column for column in NEEDED if column not in have), None)
     if lacking is None:
         return None
     shown = ", ".join(name.strip() for name in header)[:200] or "none"
-    return f"no {lacking} column (called {' or '.join(NAMES[lacking])}) among {shown}"
+    return f"no {lacking} column (called {' or '.join(COLUMN_NAMES[lacking])}) among {shown}"
 
 
-def recording_of(
+def to_recording(
     columns: Mapping[str, pa.Array],
     rows: np.ndarray,
-    wanted: Callable[[Reports], np.ndarray],
-    tally: Tally,
+    wanted: Callable[[ReportTable], np.ndarray],
+    tally: RowErrors,
     decimal_comma: bool = False,
 ) -> Recording:
     """The reports of a part of a table, and the particulars of their ships.
@@ -122,9 +122,9 @@ def recording_of(
     else:
         latitude, longitude = _points(columns["point"])
     motion = (numbers(column) for column in ("sog", "cog", "heading"))
-    reports = Reports(
+    reports = ReportTable(
         time_s,
-        np.where(readable, mmsi, NO_SHIP).astype(np.int64),
+        np.where(readable, mmsi, NOT_A_SHIP).astype(np.int64),
         latitude,
         longitude,
         *motion,
@@ -138,7 +138,7 @@ def recording_of(
 
 
 def _identities(
-    columns: Mapping[str, pa.Array], given: np.ndarray, rows: np.ndarray, tally: Tally
+    columns: Mapping[str, pa.Array], given: np.ndarray, rows: np.ndarray, tally: RowErrors
 ) -> tuple[np.ndarray, np.ndarray]:
     """Of each row the number of its ship, and whether it has one."""
     count = len(rows)
@@ -151,11 +151,13 @@ def _identities(
     tally.add_all(NO_MMSI, empty, rows, None)
     tally.add_all(MMSI_TEXT, no_number, rows, texts)
     tally.add_all(MMSI_RANGE, out, rows, texts)
-    station = _matches(columns.get("station"), lambda t: bool(_STATIONS.search(known(t))), count)
+    station = _matches(
+        columns.get("station"), lambda t: bool(_STATIONS.search(normalized(t))), count
+    )
     if "message" in columns:
         station |= np.isin(_numbers(columns["message"], False), _STATION_MESSAGES)
     sure = own | ~(empty | no_number | out)
-    return np.where(own, OWN_SENSORS, np.where(station, NO_SHIP, np.where(sure, given, 0))), sure
+    return np.where(own, OWN_SENSORS, np.where(station, NOT_A_SHIP, np.where(sure, given, 0))), sure
 
 
 def _matches(texts: pa.Array | None, test: Callable[[str], bool], count: int) -> np.ndarray:
@@ -254,7 +256,7 @@ def _points(values: pa.Array) -> tuple[np.ndarray, np.ndarray]:
 
 def _particulars(
     mmsi: np.ndarray, columns: Mapping[str, pa.Array], where: np.ndarray, decimal_comma: bool
-) -> dict[int, Particulars]:
+) -> dict[int, StaticData]:
     """Of each ship the last particulars that say something; ``where`` are the rows of ``mmsi``."""
     found: dict[int, dict[str, str]] = {ship: {} for ship in np.unique(mmsi).tolist()}
     for field in ("name", "length", "beam", "type"):
@@ -273,7 +275,7 @@ def _particulars(
         return value if is_size_m(value) else None
 
     return {
-        ship: Particulars(
+        ship: StaticData(
             said.get("name") or None,
             size(said.get("length", "")),
             size(said.get("beam", "")),

@@ -15,10 +15,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 
-from glasshelm.ais.columns import NOTHING, missing, pc, places, recording_of
+from glasshelm.ais.columns import NULL_TEXTS, find_columns, missing_column, pc, to_recording
 from glasshelm.ais.files import TextFile
-from glasshelm.ais.table import Recording, Reports
-from glasshelm.ais.tally import Tally
+from glasshelm.ais.table import Recording, ReportTable
+from glasshelm.ais.tally import RowErrors
 from glasshelm.core.errors import InputError
 
 #: Bytes of a table that are read at once.
@@ -50,18 +50,18 @@ def read_csv(path: Path) -> Recording:
     """
     notes: list[str] = []
     parts = list(csv_batches(path, lambda reports: np.ones(len(reports), bool), notes))
-    return Recording.joined(parts, notes)
+    return Recording.concat(parts, notes)
 
 
 def csv_batches(
-    path: str | Path, wanted: Callable[[Reports], np.ndarray], notes: list[str]
+    path: str | Path, wanted: Callable[[ReportTable], np.ndarray], notes: list[str]
 ) -> Iterator[Recording]:
     """A table part by part; of each part the reports that are ``wanted``.
 
     What could not be read is in ``notes`` at the end. InputError if a needed column is missing
     or no row can be read; it gives the reason that holds for most.
     """
-    tally = Tally()
+    tally = RowErrors()
     with TextFile(path) as file:
         layout: Layout | None = None
         number = 0  # of lines read
@@ -75,7 +75,7 @@ def csv_batches(
     if layout is None:
         raise InputError(f"{path}: nothing is in it")
     if not tally.read:
-        raise InputError(f"{path}: no report can be read: {tally.worst()}")
+        raise InputError(f"{path}: no report can be read: {tally.most_common()}")
     notes.extend(tally.notes())
 
 
@@ -89,7 +89,7 @@ def columns_named(line: bytes) -> tuple[str, tuple[str, ...]]:
     """The delimiter of a header line, and the names in it."""
     text = line.decode("utf-8", errors="replace")
     split = {mark: _fields(text, mark) or [] for mark in DELIMITERS}
-    best = max(DELIMITERS, key=lambda mark: (len(places(split[mark])), len(split[mark])))
+    best = max(DELIMITERS, key=lambda mark: (len(find_columns(split[mark])), len(split[mark])))
     names = [name.strip().lstrip("#").strip() for name in split[best]]
     while names and not names[-1]:
         names.pop()
@@ -101,8 +101,8 @@ def _begun(path: str | Path, block: bytes) -> tuple[Layout, bytes, int]:
     lines = block.split(b"\n", _SAMPLE)
     first = header_at(lines)
     delimiter, header = columns_named(lines[first])
-    found = places(header)
-    problem = missing(found, header)
+    found = find_columns(header)
+    problem = missing_column(found, header)
     if problem is not None:
         raise InputError(f"{path}: {problem}")
     rest = block.split(b"\n", first + 1)[first + 1] if len(lines) > first + 1 else b""
@@ -118,8 +118,8 @@ def _part(
     block: bytes,
     number: int,
     layout: Layout,
-    wanted: Callable[[Reports], np.ndarray],
-    tally: Tally,
+    wanted: Callable[[ReportTable], np.ndarray],
+    tally: RowErrors,
 ) -> Recording:
     """The reports of whole lines after the first ``number`` of the file."""
     lines = block.count(b"\n")
@@ -132,7 +132,7 @@ def _part(
         if table is None or table.num_rows != len(rows):
             raise InputError(f"{path}: lines {number + 1} to {number + lines} are no table")
     if not len(rows):
-        return Recording.joined([])
+        return Recording.concat([])
     columns = {
         column: table.column(str(place)).combine_chunks() for column, place in layout.places.items()
     }
@@ -143,7 +143,7 @@ def _part(
         kept = ~pc.fill_null(again, False).to_numpy(zero_copy_only=False)
         columns = {name: column.filter(pa.array(kept)) for name, column in columns.items()}
         rows = rows[kept]
-    return recording_of(columns, rows, wanted, tally, layout.delimiter != ",")
+    return to_recording(columns, rows, wanted, tally, layout.delimiter != ",")
 
 
 def _table(block: bytes, layout: Layout) -> pa.Table | None:
@@ -172,7 +172,7 @@ def _table(block: bytes, layout: Layout) -> pa.Table | None:
             convert_options=pa_csv.ConvertOptions(
                 include_columns=used,
                 column_types=dict.fromkeys(used, pa.string()),
-                null_values=list(NOTHING),
+                null_values=list(NULL_TEXTS),
                 strings_can_be_null=True,
             ),
         )
@@ -181,7 +181,9 @@ def _table(block: bytes, layout: Layout) -> pa.Table | None:
     return None if odd else table
 
 
-def _mended(block: bytes, number: int, layout: Layout, tally: Tally) -> tuple[bytes, np.ndarray]:
+def _mended(
+    block: bytes, number: int, layout: Layout, tally: RowErrors
+) -> tuple[bytes, np.ndarray]:
     """The lines of a block that are rows, and their numbers; the others are counted.
 
     Fields beyond the header that are empty do no harm (a comma at the end of the line).

@@ -19,9 +19,9 @@ from typing import Any
 from glasshelm.core.errors import InputError
 
 #: A line is not longer [bytes]; what is, is no line of AIS.
-LONGEST_LINE = 65_536
+MAX_LINE_BYTES = 65_536
 #: A document (JSON) is not longer [bytes].
-LONGEST_DOCUMENT = 16_000_000
+MAX_DOCUMENT_BYTES = 16_000_000
 #: What the first bytes of a Parquet table are.
 PARQUET = b"PAR1"
 #: Bytes that tell what a file is.
@@ -226,7 +226,7 @@ class TextFile:
                 text = text[text.find(b"\n") :]
                 end, overlong = text.rfind(b"\n") + 1, False
             whole, rest = whole + text[:end], text[end:] + cr
-            if overlong or len(rest) > LONGEST_LINE:
+            if overlong or len(rest) > MAX_LINE_BYTES:
                 long += not overlong
                 overlong, rest = True, cr
             if whole and len(whole) >= size:
@@ -241,7 +241,7 @@ class TextFile:
             yield _utf8(whole)
         if long:
             lines = "line" if long == 1 else "lines"
-            self.notes.append(f"{long} {lines} longer than {LONGEST_LINE} bytes passed over")
+            self.notes.append(f"{long} {lines} longer than {MAX_LINE_BYTES} bytes passed over")
 
     def lines(self) -> Iterator[bytes]:
         """The lines one by one, without their ends."""
@@ -257,14 +257,14 @@ def read_document(path: str | Path) -> bytes:
         while data := file.read():
             parts.append(decoder(data))
             length += len(parts[-1])
-            if length > LONGEST_DOCUMENT:
-                most = LONGEST_DOCUMENT // 1_000_000
+            if length > MAX_DOCUMENT_BYTES:
+                most = MAX_DOCUMENT_BYTES // 1_000_000
                 raise InputError(f"{path}: longer than {most} MB: not one document")
         document = b"".join([*parts, decoder(b"")])
     return as_utf8(document)
 
 
-def first_text(path: str | Path) -> bytes:
+def read_head(path: str | Path) -> bytes:
     """The first lines of a text file, in UTF-8; InputError if it is empty, or no text."""
     with TextFile(path) as file:
         text = next(file.blocks(HEAD), b"")[:HEAD]

@@ -12,15 +12,15 @@ import numpy as np
 Numbers: TypeAlias = Any
 
 #: A ship is not faster than this [kn]; 102.3 (type 27: 63) means "not available".
-FASTEST_KN = 60.0
+MAX_SPEED_KN = 60.0
 #: No ship is longer or broader [m] than AIS can tell.
-LONGEST_M = 1022.0
+MAX_SIZE_M = 1022.0
 #: Nearer to the poles no course is a direction of a plane [deg].
-HIGHEST_LATITUDE_DEG = 89.0
+MAX_LATITUDE_DEG = 89.0
 #: Times before 1990-01-01 are those of clocks without a fix, ...
-EARLIEST_S = 631_152_000.0
+MIN_TIME_S = 631_152_000.0
 #: ... and none after 2100-01-01 is taken for one.
-LATEST_S = 4_102_444_800.0
+MAX_TIME_S = 4_102_444_800.0
 
 _LARGEST_MMSI = 999_999_999
 #: What counts an instant since 1970 is below so much, and so many to the second.
@@ -48,14 +48,14 @@ def is_mmsi(mmsi: Numbers) -> Numbers:
 def is_position(latitude_deg: Numbers, longitude_deg: Numbers) -> Numbers:
     """Whether a ship can be there: on the globe, and not at 0° 0°, where receivers without a fix
     are."""
-    highest = HIGHEST_LATITUDE_DEG
+    highest = MAX_LATITUDE_DEG
     on_globe = _within(latitude_deg, -highest, highest) & _within(longitude_deg, -180.0, 180.0)
     return on_globe & ((latitude_deg != 0) | (longitude_deg != 0))
 
 
 def is_speed_kn(speed_kn: Numbers) -> Numbers:
     """Whether a ship can make this speed over ground."""
-    return _within(speed_kn, 0.0, FASTEST_KN)
+    return _within(speed_kn, 0.0, MAX_SPEED_KN)
 
 
 def is_angle_deg(angle_deg: Numbers) -> Numbers:
@@ -65,7 +65,7 @@ def is_angle_deg(angle_deg: Numbers) -> Numbers:
 
 def is_size_m(size_m: Numbers) -> Numbers:
     """Whether a ship can be so long or so broad; 0 is a size that nobody has entered."""
-    return (size_m > 0) & (size_m <= LONGEST_M)
+    return (size_m > 0) & (size_m <= MAX_SIZE_M)
 
 
 def epoch_seconds(instant: Numbers) -> Numbers:
@@ -78,7 +78,7 @@ def epoch_seconds(instant: Numbers) -> Numbers:
     values = np.asarray(instant, np.float64)
     for most, unit in reversed(_UNITS):
         seconds = np.where(np.abs(values) < most, values / unit, seconds)
-    seconds = np.where((seconds >= EARLIEST_S) & (seconds <= LATEST_S), seconds, np.nan)
+    seconds = np.where((seconds >= MIN_TIME_S) & (seconds <= MAX_TIME_S), seconds, np.nan)
     return seconds if np.ndim(instant) else float(seconds)
 
 

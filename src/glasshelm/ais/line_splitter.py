@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from glasshelm.ais.nmea_sentence import LONGEST_LINE
+from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES
 
 
-class Lines:
+class LineSplitter:
     """Cuts a stream at its line ends.
 
     Of a line longer than may be, its beginning comes out at once, so long that it
@@ -28,9 +28,9 @@ class Lines:
         if self._skip:
             return
         self._rest = rest
-        if len(rest) > LONGEST_LINE:
+        if len(rest) > MAX_SENTENCE_BYTES:
             self._rest, self._skip = b"", True
-            yield rest[: LONGEST_LINE + 1]
+            yield rest[: MAX_SENTENCE_BYTES + 1]
 
     def end(self) -> Iterator[bytes]:
         """What was left without a line end."""

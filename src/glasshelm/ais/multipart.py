@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 from pyais.messages import AISSentence
 
-from glasshelm.ais.nmea_sentence import Framed
+from glasshelm.ais.nmea_sentence import NmeaLine
 from glasshelm.ais.reports import Counts, RejectReason
 
 #: Messages that may be incomplete at a time; the oldest is given up for a new one.
-MOST_WAITING = 32
+MAX_PENDING = 32
 #: A part that comes before one it should follow belongs to it within so many lines. Farther
 #: apart the numbers of messages (0 to 9) have come round, and it is another message's.
 NEAR_LINES = 8
@@ -17,22 +17,22 @@ NEAR_LINES = 8
 _Slot = tuple[object, ...]
 
 
-class Part(NamedTuple):
-    """One part, and what its line says about it."""
+class Fragment(NamedTuple):
+    """One part, and what its line told of it."""
 
     sentence: AISSentence
-    framed: Framed
+    framed: NmeaLine
     line: int
 
 
-class Parts:
+class FragmentAssembler:
     """The parts of messages not yet complete. What is given up is counted as refused."""
 
     def __init__(self, counts: Counts):
         self._counts = counts
-        self._waiting: dict[_Slot, list[Part]] = {}
+        self._waiting: dict[_Slot, list[Fragment]] = {}
 
-    def add(self, part: Part) -> list[Part] | None:
+    def add(self, part: Fragment) -> list[Fragment] | None:
         """All parts of the message that this one completes, in order; None while others miss."""
         slot = _slot(part)
         waiting = self._waiting.get(slot)
@@ -40,7 +40,7 @@ class Parts:
             self._give_up(slot)
             waiting = None
         if waiting is None:
-            if len(self._waiting) >= MOST_WAITING:
+            if len(self._waiting) >= MAX_PENDING:
                 self._give_up(next(iter(self._waiting)))
             waiting = self._waiting[slot] = []
         waiting.append(part)
@@ -55,24 +55,24 @@ class Parts:
             self._give_up(slot)
 
     def _give_up(self, slot: _Slot) -> None:
-        self._counts.refuse(RejectReason.PART_MISSING, len(self._waiting.pop(slot)))
+        self._counts.reject(RejectReason.INCOMPLETE, len(self._waiting.pop(slot)))
 
 
-def told_of(parts: list[Part]) -> tuple[datetime | None, str | None]:
+def told_of(parts: list[Fragment]) -> tuple[datetime | None, str | None]:
     """The time and the station of a message: those of the first of its parts that tells one."""
     times = (p.framed.time for p in parts)
     stations = (p.framed.station for p in parts)
     return next(filter(None, times), None), next(filter(None, stations), None)
 
 
-def _slot(part: Part) -> _Slot:
+def _slot(part: Fragment) -> _Slot:
     s, group = part.sentence, part.framed.group
     if group is not None:
         return "g", group.id, group.total, s.frag_cnt
     return s.talker_id, s.type, s.frag_cnt, s.channel, s.seq_id
 
 
-def _belongs(part: Part, waiting: list[Part]) -> bool:
+def _belongs(part: Fragment, waiting: list[Fragment]) -> bool:
     """Whether a part can be of the message whose parts wait."""
     number, there = part.sentence.frag_num, [p.sentence.frag_num for p in waiting]
     in_order = there == list(range(1, number))

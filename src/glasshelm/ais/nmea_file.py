@@ -13,18 +13,18 @@ import numpy as np
 
 from glasshelm.ais.files import TextFile
 from glasshelm.ais.mmsi import is_number
-from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.nmea import NmeaDecoder
 from glasshelm.ais.reports import Counts, RejectReason, Report
-from glasshelm.ais.table import OWN_SENSORS, Particulars, Recording, Reports
+from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable, StaticData
 from glasshelm.core.errors import InputError
 from glasshelm.ship.nomoto import KNOT_M_S
 
 #: Reports of one batch.
 BATCH = 65_536
 #: What a sound recording holds beside what is of use: not told.
-_USUAL = frozenset((RejectReason.UNUSED, RejectReason.NO_SHIP, RejectReason.NOTHING_TOLD))
+_USUAL = frozenset((RejectReason.UNUSED_KIND, RejectReason.NO_SHIP, RejectReason.EMPTY))
 
-Ships = dict[int, Particulars]
+Ships = dict[int, StaticData]
 
 
 def read_nmea(path: Path) -> Recording:
@@ -34,11 +34,11 @@ def read_nmea(path: Path) -> Recording:
     """
     notes: list[str] = []
     parts = list(nmea_recordings(path, lambda reports: np.ones(len(reports), bool), notes))
-    return Recording.joined(parts, notes)
+    return Recording.concat(parts, notes)
 
 
 def nmea_recordings(
-    path: str | Path, wanted: Callable[[Reports], np.ndarray], notes: list[str]
+    path: str | Path, wanted: Callable[[ReportTable], np.ndarray], notes: list[str]
 ) -> Iterator[Recording]:
     """An NMEA file part by part; of each part the reports that are ``wanted``.
 
@@ -54,23 +54,23 @@ def nmea_recordings(
     if not found:
         raise InputError(f"{path}: {_why_nothing(counts)}")
     notes.extend(_notes(counts))
-    yield Recording(Reports.joined([]), ships)
+    yield Recording(ReportTable.concat([]), ships)
 
 
-def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterator[Reports]:
+def nmea_batches(lines: Iterable[bytes], counts: Counts, ships: Ships) -> Iterator[ReportTable]:
     """The positions of some lines, ``BATCH`` at a time; who the ships are is added to ``ships``."""
-    reader = NmeaReader(counts, live=False, as_told=True)
+    reader = NmeaDecoder(counts, live=False, trust_times=True)
     rows: list[tuple[float, ...]] = []
-    for report in reader.read(lines):
+    for report in reader.decode(lines):
         number = int(report.id) if is_number(report.id) else OWN_SENSORS
-        said = Particulars(report.name, report.length_m, report.beam_m, report.kind)
-        ships[number] = ships.get(number, Particulars()).then(said)
+        said = StaticData(report.name, report.length_m, report.beam_m, report.ship_type)
+        ships[number] = ships.get(number, StaticData()).updated_by(said)
         if report.latitude_deg is not None and report.longitude_deg is not None:
             rows.append(_row(number, report))
         if len(rows) == BATCH:
             yield _table(rows)
             rows = []
-    reader.end()
+    reader.close()
     if rows:
         yield _table(rows)
 
@@ -86,28 +86,28 @@ def _row(number: int, r: Report) -> tuple[float, ...]:
     return r.time.timestamp(), float(number), *position, speed, course, heading
 
 
-def _table(rows: list[tuple[float, ...]]) -> Reports:
+def _table(rows: list[tuple[float, ...]]) -> ReportTable:
     columns = np.array(rows, dtype=np.float64).T
-    return Reports(columns[0], columns[1].astype(np.int64), *columns[2:])
+    return ReportTable(columns[0], columns[1].astype(np.int64), *columns[2:])
 
 
 def _notes(counts: Counts) -> tuple[str, ...]:
     """What was refused that a sound recording does not hold, by reason."""
     return tuple(
-        f"{n} {counts.what[:-1] if n == 1 else counts.what} {why}"
-        for why, n in counts.refused.items()
+        f"{n} {counts.unit[:-1] if n == 1 else counts.unit} {why}"
+        for why, n in counts.rejected.items()
         if n and why not in _USUAL
     )
 
 
 def _why_nothing(counts: Counts) -> str:
     """Why a file gives no position, by the reason that holds for most of its lines."""
-    said = {why: n for why, n in counts.refused.items() if n}
-    if not counts.heard:
+    said = {why: n for why, n in counts.rejected.items() if n}
+    if not counts.received:
         return "there is nothing in it"
-    if said.get(RejectReason.UNREADABLE, 0) == counts.heard:
+    if said.get(RejectReason.MALFORMED, 0) == counts.received:
         return "no NMEA 0183 sentence (such as !AIVDM,…*hh) in any of its lines"
     most = max(said, key=lambda why: said[why], default=None)
     if most is None:
-        return f"none of its {counts.heard} sentences tells a position"
-    return f"no position can be used: of {counts.heard} sentences, {said[most]} are {most}"
+        return f"none of its {counts.received} sentences tells a position"
+    return f"no position can be used: of {counts.received} sentences, {said[most]} are {most}"

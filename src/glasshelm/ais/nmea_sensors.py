@@ -15,7 +15,7 @@ Fields = Sequence[str]
 Said = dict[str, Any]
 
 
-def own_said(kind: str, fields: Fields) -> Said | None:
+def parse_sensor_sentence(kind: str, fields: Fields) -> Said | None:
     """What a sentence says, as the fields of a Report; None for a kind that is not used.
 
     ``fields`` begin after the sentence's name. Empty if every value is not

@@ -18,7 +18,7 @@ from glasshelm.ais.reports import RejectReason
 from glasshelm.ais.stream_clock import from_epoch
 
 #: The longest line [bytes]: a tag block of 80 characters and a sentence of 82, and room to spare.
-LONGEST_LINE = 1024
+MAX_SENTENCE_BYTES = 1024
 
 _BOM = b"\xef\xbb\xbf"
 _SENTENCE = re.compile(rb"[!$][A-Z]{4,5},", re.IGNORECASE)
@@ -39,8 +39,8 @@ class Group(NamedTuple):
     id: str
 
 
-class Framed(NamedTuple):
-    """A sentence with a right checksum; when and by which station it was heard, if known.
+class NmeaLine(NamedTuple):
+    """A sentence with a right checksum; when and by which station it was heard, if that is told.
 
     A station is named ``station:NAME``: it is a witness of the time, as ships are by their numbers.
     """
@@ -51,16 +51,16 @@ class Framed(NamedTuple):
     group: Group | None = None
 
 
-def framed(line: bytes) -> Framed | RejectReason:
+def parse_line(line: bytes) -> NmeaLine | RejectReason:
     """What a line holds, or why it is of no use."""
-    if len(line) > LONGEST_LINE:
+    if len(line) > MAX_SENTENCE_BYTES:
         return RejectReason.TOO_LONG
     line = line.removeprefix(_BOM).strip()
     start = _SENTENCE.search(line)
     tag = line.find(b"\\")
     if start is None:
-        return RejectReason.UNREADABLE
-    around = Framed(b"")
+        return RejectReason.MALFORMED
+    around = NmeaLine(b"")
     begins = start.start()
     if 0 <= tag < begins:
         begins = tag
@@ -71,36 +71,36 @@ def framed(line: bytes) -> Framed | RejectReason:
     sentence = line[begins:]
     mark = _CHECKSUM.search(sentence)
     if mark is None:
-        return RejectReason.CHECKSUM if b"*" in sentence else RejectReason.UNREADABLE
+        return RejectReason.CHECKSUM if b"*" in sentence else RejectReason.MALFORMED
     body, more = sentence[1 : mark.start()], sentence[mark.end() :]
-    if checksum_of(body) != int(mark[1], 16):
+    if nmea_checksum(body) != int(mark[1], 16):
         return RejectReason.CHECKSUM
     if not body.isascii():
-        return RejectReason.UNREADABLE
+        return RejectReason.MALFORMED
     time, station, group = around.time, around.station, around.group
     for beside in (line[:begins], more):
         if beside:
             written_time, written_station = _written(beside)
             time, station = time or written_time, station or written_station
-    return Framed(sentence[: mark.end()], time, station, group)
+    return NmeaLine(sentence[: mark.end()], time, station, group)
 
 
-def checksum_of(body: bytes) -> int:
+def nmea_checksum(body: bytes) -> int:
     """The exclusive or of the characters between ``$`` or ``!`` and ``*``."""
     return functools.reduce(operator.xor, body, 0)
 
 
-def _tag_blocks(line: bytes) -> Framed | RejectReason:
+def _tag_blocks(line: bytes) -> NmeaLine | RejectReason:
     """What the tag blocks at the beginning of a line tell; the sentence is what follows them."""
-    around = Framed(b"")
+    around = NmeaLine(b"")
     while line.startswith(b"\\"):
         tag, closed, line = line[1:].partition(b"\\")
         if not closed:
-            return RejectReason.UNREADABLE
+            return RejectReason.MALFORMED
         block = _tag_block(tag)
         if isinstance(block, RejectReason):
             return block
-        around = Framed(
+        around = NmeaLine(
             b"",
             block.time or around.time,
             block.station or around.station,
@@ -110,7 +110,7 @@ def _tag_blocks(line: bytes) -> Framed | RejectReason:
 
 
 @functools.lru_cache(4096)  # in a second many lines have the same
-def _tag_block(tag: bytes) -> Framed | RejectReason:
+def _tag_block(tag: bytes) -> NmeaLine | RejectReason:
     """What one tag block tells."""
     block = TagBlock(tag)
     block.init()
@@ -120,11 +120,11 @@ def _tag_block(tag: bytes) -> Framed | RejectReason:
     if told is not None:
         time = _time_of(told)
         if time is None:
-            return RejectReason.IMPOSSIBLE_TIME
+            return RejectReason.INVALID_TIME
     station = f"station:{block.source_station}" if block.source_station else None
     g = block.group
     group = None if g is None else Group(g.sentence_num, g.sentence_tot, str(g.group_id))
-    return Framed(b"", time, station, group)
+    return NmeaLine(b"", time, station, group)
 
 
 def _written(text: bytes) -> tuple[datetime | None, str | None]:

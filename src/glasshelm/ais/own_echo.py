@@ -2,9 +2,9 @@
 
 import math
 
-from glasshelm.ais.cleaning import AGREEING
+from glasshelm.ais.cleaning import N_AGREEING
 from glasshelm.ais.mmsi import is_number
-from glasshelm.ais.vessel import Fix, Motion, Vessel, way_m
+from glasshelm.ais.vessel import CourseSpeed, Fix, Vessel, offset_m
 from glasshelm.encounters.recorded_traffic import ECHO_M
 
 #: So many positions beside own ship, and not two in a row elsewhere, make an echo.
@@ -23,7 +23,7 @@ HERS_S = 780.0
 MOST_NUMBERS = 8
 
 
-def note(vessel: Vessel, own: Fix | None, motion: Motion | None) -> None:
+def compare_with_own(vessel: Vessel, own: Fix | None, motion: CourseSpeed | None) -> None:
     """Compare a ship's new position with where own ship was at that time."""
     fix, seen = vessel.fix, vessel.compared
     if fix is None or own is None or motion is None or abs(fix.time_s - own.time_s) > FRESH_S:
@@ -31,7 +31,7 @@ def note(vessel: Vessel, own: Fix | None, motion: Motion | None) -> None:
     if fix.time_s <= seen.time_s:
         return
     seen.time_s = fix.time_s
-    east, north = way_m(own, fix)
+    east, north = offset_m(own, fix)
     course = motion.course_rad
     run = 0.0 if course is None else motion.speed_m_s * (fix.time_s - own.time_s)
     away = math.hypot(east - run * math.sin(course or 0.0), north - run * math.cos(course or 0.0))
@@ -52,14 +52,14 @@ def is_echo(vessel: Vessel) -> bool:
     return vessel.compared.beside >= BESIDE and vessel.compared.apart_s is None
 
 
-class OwnNumbers:
-    """The numbers under which own ship reports itself. Bounded; each may turn out wrong."""
+class OwnIdentities:
+    """The numbers under which own ship tells of herself. Bounded; each may turn out wrong."""
 
     def __init__(self) -> None:
         self._told: dict[str, tuple[int, float]] = {}
 
-    def tell(self, number: str, time_s: float) -> None:
-        """Note that own ship reported under a number."""
+    def add(self, number: str, time_s: float) -> None:
+        """Note that own ship was told under a number."""
         times, last_s = self._told.get(number, (0, time_s))
         if not times and len(self._told) >= MOST_NUMBERS:
             del self._told[min(self._told, key=lambda one: self._told[one][0])]
@@ -73,10 +73,10 @@ class OwnNumbers:
 
     @property
     def mmsi(self) -> str | None:
-        """The most frequent MMSI."""
+        """The MMSI that was told most often."""
         found = [one for one in self._told if is_number(one)]
         return max(found, key=lambda one: self._told[one][0], default=None)
 
-    def hide(self, vessel: Vessel) -> bool:
+    def is_own(self, vessel: Vessel) -> bool:
         """Whether she is own ship: under one of her numbers, and not far from her."""
-        return vessel.id in self._told and vessel.compared.far < AGREEING
+        return vessel.id in self._told and vessel.compared.far < N_AGREEING

@@ -7,11 +7,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from glasshelm.ais.columns import NOTHING, missing, pc, places, recording_of
+from glasshelm.ais.columns import NULL_TEXTS, find_columns, missing_column, pc, to_recording
 from glasshelm.ais.files import as_utf8
-from glasshelm.ais.limits import EARLIEST_S, LATEST_S
-from glasshelm.ais.table import Recording, Reports
-from glasshelm.ais.tally import Tally
+from glasshelm.ais.limits import MAX_TIME_S, MIN_TIME_S
+from glasshelm.ais.table import Recording, ReportTable
+from glasshelm.ais.tally import RowErrors
 from glasshelm.core.errors import InputError
 
 #: Rows that are read at once.
@@ -20,10 +20,10 @@ BATCH = 65_536
 
 def parquet_batches(
     path: str | Path,
-    wanted: Callable[[Reports], np.ndarray],
+    wanted: Callable[[ReportTable], np.ndarray],
     notes: list[str],
-    begin_s: float = EARLIEST_S,
-    end_s: float = LATEST_S,
+    begin_s: float = MIN_TIME_S,
+    end_s: float = MAX_TIME_S,
 ) -> Iterator[Recording]:
     """A table part by part; of each part the reports that are ``wanted``.
 
@@ -31,12 +31,12 @@ def parquet_batches(
     not be read is in ``notes`` at the end. InputError if the table is damaged, a needed column is
     missing, or no row can be read.
     """
-    tally = Tally()
+    tally = RowErrors()
     try:
         with pq.ParquetFile(path) as file:
             names = file.schema_arrow.names
-            found = places(names)
-            problem = missing(found, names)
+            found = find_columns(names)
+            problem = missing_column(found, names)
             if problem is not None:
                 raise InputError(f"{path}: {problem}")
             groups = [
@@ -51,13 +51,13 @@ def parquet_batches(
                 part = {name: v if name == "point" else _plain(v) for name, v in part.items()}
                 rows = np.arange(row, row + batch.num_rows)
                 row += batch.num_rows
-                yield recording_of(part, rows, wanted, tally)
+                yield to_recording(part, rows, wanted, tally)
             everything = len(groups) == file.metadata.num_row_groups
     except (pa.ArrowException, OSError) as error:
         reason = str(error).splitlines()[0][:100]
         raise InputError(f"{path}: a Parquet table that cannot be read ({reason})") from None
     if everything and not tally.read:
-        raise InputError(f"{path}: no report can be read: {tally.worst()}")
+        raise InputError(f"{path}: no report can be read: {tally.most_common()}")
     notes.extend(tally.notes())
 
 
@@ -72,7 +72,7 @@ def _plain(values: pa.Array) -> pa.Array:
     if pa.types.is_string_view(values.type):
         values = values.cast(pa.string())
     if pa.types.is_string(values.type) or pa.types.is_large_string(values.type):
-        nothing = pc.is_in(values, value_set=pa.array(NOTHING, values.type))
+        nothing = pc.is_in(values, value_set=pa.array(NULL_TEXTS, values.type))
         values = pc.if_else(nothing, pa.scalar(None, values.type), values)
     return values
 

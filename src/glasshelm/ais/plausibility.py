@@ -2,7 +2,7 @@
 
 import math
 
-from glasshelm.ais.limits import FASTEST_KN, LONGEST_M, is_position
+from glasshelm.ais.limits import MAX_SIZE_M, MAX_SPEED_KN, is_position
 from glasshelm.ais.reports import Report
 from glasshelm.ship.nomoto import KNOT_M_S
 
@@ -20,9 +20,9 @@ def is_plausible(r: Report) -> bool:
     )
     if not all(_on_globe(*place) for place in places):
         return False
-    if r.speed_m_s is not None and not 0 <= r.speed_m_s <= FASTEST_KN * KNOT_M_S:
+    if r.speed_m_s is not None and not 0 <= r.speed_m_s <= MAX_SPEED_KN * KNOT_M_S:
         return False
-    if not all(size is None or 0 <= size <= LONGEST_M for size in (r.length_m, r.beam_m)):
+    if not all(size is None or 0 <= size <= MAX_SIZE_M for size in (r.length_m, r.beam_m)):
         return False
     angles = (r.course_rad, r.heading_rad, r.rate_of_turn_rad_s, r.rudder_rad)
     return all(angle is None or (math.isfinite(angle) and abs(angle) < 100) for angle in angles)

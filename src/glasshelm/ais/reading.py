@@ -7,13 +7,13 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from glasshelm.ais.columns import places
+from glasshelm.ais.columns import find_columns
 from glasshelm.ais.csv_file import columns_named, csv_batches, header_at
-from glasshelm.ais.files import first_text, is_parquet
-from glasshelm.ais.limits import EARLIEST_S, LATEST_S
+from glasshelm.ais.files import is_parquet, read_head
+from glasshelm.ais.limits import MAX_TIME_S, MIN_TIME_S
 from glasshelm.ais.nmea_file import nmea_recordings
 from glasshelm.ais.parquet_file import parquet_batches
-from glasshelm.ais.table import Recording, Reports
+from glasshelm.ais.table import Recording, ReportTable
 from glasshelm.core.errors import InputError
 
 Kind: TypeAlias = Literal["parquet", "json", "nmea", "table"]
@@ -26,13 +26,13 @@ def kind_of(path: str | Path) -> Kind:
     """What a file holds, by its first lines. InputError says what it is if it holds no AIS."""
     if is_parquet(path):
         return "parquet"
-    text = first_text(path)
+    text = read_head(path)
     lines = text.split(b"\n")
     first = lines[header_at(lines)].strip()
     if first[:1] in b"{[" and not _SENTENCE.search(first):
         return "json"
     _, names = columns_named(first)
-    if len(places(names)) > 1 and not _SENTENCE.search(first):
+    if len(find_columns(names)) > 1 and not _SENTENCE.search(first):
         return "table"
     if _SENTENCE.search(text):
         return "nmea"
@@ -45,12 +45,12 @@ def kind_of(path: str | Path) -> Kind:
     )
 
 
-def recordings(
+def iter_recording(
     path: str | Path,
-    wanted: Callable[[Reports], np.ndarray],
+    wanted: Callable[[ReportTable], np.ndarray],
     notes: list[str],
-    begin_s: float = EARLIEST_S,
-    end_s: float = LATEST_S,
+    begin_s: float = MIN_TIME_S,
+    end_s: float = MAX_TIME_S,
 ) -> Iterator[Recording]:
     """A file part by part; of each part the reports that are ``wanted``.
 

@@ -29,7 +29,7 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
 
     id: str
     time: datetime
-    formerly: str | None = None
+    previous_id: str | None = None
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     course_rad: float | None = None
@@ -42,43 +42,43 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     name: str | None = None
     length_m: float | None = None
     beam_m: float | None = None
-    kind: str | None = None
-    own: bool = False
+    ship_type: str | None = None
+    is_own: bool = False
     route_ended: bool = False
-    ended: tuple[str, ...] = ()
+    cleared: tuple[str, ...] = ()
 
 
 class RejectReason(StrEnum):
     """Why something heard was of no use. A fixed set: no input can make it grow."""
 
     TOO_LONG = "longer than any sentence or message may be"
-    UNREADABLE = "not of the form of a sentence or message"
+    MALFORMED = "not of the form of a sentence or message"
     CHECKSUM = "with a wrong checksum"
     UNDECODABLE = "whose contents cannot be decoded"
-    PART_MISSING = "part of a message whose other parts did not come"
-    UNUSED = "of a kind that is not used"
+    INCOMPLETE = "part of a message whose other parts did not come"
+    UNUSED_KIND = "of a kind that is not used"
     NO_TIME = "without a time, in a recording"
     NO_SHIP = "of a coast station, an aid to navigation or an aircraft"
-    NOTHING_TOLD = "without any value"
-    IMPOSSIBLE = "with impossible values"
-    IMPOSSIBLE_TIME = "with a time that is none (before 1990 or after 2100)"
+    EMPTY = "without any value"
+    IMPLAUSIBLE = "with impossible values"
+    INVALID_TIME = "with a time that is none (before 1990 or after 2100)"
     LATE = "older than what was heard before"
-    REPEATED = "a repeat of what was heard before"
+    DUPLICATE = "a repeat of what was heard before"
     JUMP = "a jump in position or course"
     TIME_JUMP = "a jump in the time of the stream"
-    FAR = "of ships farther off than those that are kept"
+    TOO_FAR = "of ships farther off than those that are kept"
     OVERRUN = "come faster than they were read"
 
 
 #: What every feed holds beside what is of use: no fault of it.
 _USUAL = frozenset(
     (
-        RejectReason.UNUSED,
+        RejectReason.UNUSED_KIND,
         RejectReason.NO_SHIP,
-        RejectReason.NOTHING_TOLD,
+        RejectReason.EMPTY,
         RejectReason.LATE,
-        RejectReason.REPEATED,
-        RejectReason.FAR,
+        RejectReason.DUPLICATE,
+        RejectReason.TOO_FAR,
     )
 )
 
@@ -93,60 +93,60 @@ class Counts:
     """
 
     def __init__(self, what: str = "sentences"):
-        self.what = what
-        self.heard = 0
-        self.understood = 0
-        self.refused: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
+        self.unit = what
+        self.received = 0
+        self.accepted = 0
+        self.rejected: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
         #: More about what is refused, for people: which clocks are wrong.
         self.remark: Callable[[], str | None] = lambda: None
 
     @property
-    def waiting(self) -> int:
+    def pending(self) -> int:
         """What is heard and not yet decided."""
-        return self.heard - self.understood - sum(self.refused.values())
+        return self.received - self.accepted - sum(self.rejected.values())
 
     @property
-    def useless(self) -> bool:
+    def all_rejected(self) -> bool:
         """Whether something was heard, and nothing of it became of use."""
-        return self.heard > 0 and self.understood == 0
+        return self.received > 0 and self.accepted == 0
 
     @property
-    def faulty(self) -> bool:
+    def has_faults(self) -> bool:
         """Whether something was refused that a sound feed does not hold."""
-        return any(n for why, n in self.refused.items() if why not in _USUAL)
+        return any(n for why, n in self.rejected.items() if why not in _USUAL)
 
-    def refuse(self, why: RejectReason, count: int = 1) -> None:
+    def reject(self, why: RejectReason, count: int = 1) -> None:
         """Count ``count`` of those heard as refused."""
-        self.refused[why] += count
+        self.rejected[why] += count
 
-    def sentence(self) -> str:
+    def summary(self) -> str:
         """For people: ``"heard 12 sentences: 9 used, 3 with a wrong checksum"``."""
-        parts = [f"{self.understood} used", *(f"{n} {why}" for why, n in self._reasons())]
+        parts = [f"{self.accepted} used", *(f"{n} {why}" for why, n in self._reasons())]
         remark = self.remark()
-        said = f"heard {self.heard} {self.what}: {', '.join(parts)}"
+        said = f"heard {self.received} {self.unit}: {', '.join(parts)}"
         return f"{said}; {remark}" if remark else said
 
-    def told(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """For programs: the same numbers."""
         refused = {str(why): count for why, count in self._reasons()}
-        return {"heard": self.heard, "used": self.understood, "refused": refused}
+        return {"heard": self.received, "used": self.accepted, "refused": refused}
 
     def _reasons(self) -> list[tuple[RejectReason, int]]:
-        return [(why, count) for why, count in self.refused.items() if count]
+        return [(why, count) for why, count in self.rejected.items() if count]
 
 
-class Begun:
+class FeedBase:
     """A feed of a title that has heard nothing yet: what all feeds have before they run."""
 
     def __init__(self, title: str, counts: Counts | None = None):
         self.title = title
         self.counts = counts or Counts()
         self.connected = False
-        self.trouble: str | None = None
+        self.last_error: str | None = None
 
-    def ended(self, why: str) -> InputError:
+    def fatal_error(self, why: str) -> InputError:
         """To be raised where nothing can be heard at all; why stays its trouble."""
-        self.trouble = why
+        self.last_error = why
         return InputError(why)
 
 
@@ -163,7 +163,7 @@ class Feed(Protocol):
     title: str
     counts: Counts
     connected: bool
-    trouble: str | None
+    last_error: str | None
 
     def reports(self) -> AsyncIterator[Report]:
         """The reports as they come. ``async for report in feed.reports(): ...``."""

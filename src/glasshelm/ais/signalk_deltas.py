@@ -13,11 +13,11 @@ from glasshelm.ais.signalk_values import read_values
 from glasshelm.ais.stream_clock import StreamClock
 
 #: The longest message [bytes or characters].
-LONGEST_MESSAGE = 1 << 20
+MAX_MESSAGE_BYTES = 1 << 20
 #: The longest context: a ship's URN has some 60 characters.
 LONGEST_CONTEXT = 128
 #: Ships whose MMSI was told beside their context, at most; the one learnt first is forgotten.
-MOST_LEARNT = 10_000
+MAX_LEARNT = 10_000
 
 _VESSELS = "vessels."
 _MMSI = "urn:mrn:imo:mmsi:"
@@ -42,7 +42,7 @@ class _Message(msgspec.Struct):
 _DECODER = msgspec.json.Decoder(_Message)
 
 
-class DeltaReader:
+class DeltaDecoder:
     """Reads the messages of one server, each counted once.
 
     Own ship is the ``self`` of the server's hello, or the vessel with the MMSI ``own``.
@@ -50,8 +50,8 @@ class DeltaReader:
     context without one is her number from then on.
     """
 
-    def __init__(self, counts: Counts, own: str | None = None):
-        self._counts, self._own = counts, own
+    def __init__(self, counts: Counts, own_mmsi: str | None = None):
+        self._counts, self._own = counts, own_mmsi
         self._self = _VESSELS + "self"
         self._clock = StreamClock(live=True)
         #: The MMSI of contexts that have none in their name.
@@ -59,28 +59,28 @@ class DeltaReader:
         #: The part of the tree that told own ship's waypoint: only its null ends the route.
         self._route: str | None = None
 
-    def message(self, raw: str | bytes) -> list[Report]:
+    def decode(self, raw: str | bytes) -> list[Report]:
         """The reports of a message, one for each update that tells something."""
-        self._counts.heard += 1
+        self._counts.received += 1
         found = self._message(raw)
         if isinstance(found, RejectReason):
-            self._counts.refuse(found)
+            self._counts.reject(found)
             return []
-        self._counts.understood += 1
+        self._counts.accepted += 1
         return found
 
     def _message(self, raw: str | bytes) -> list[Report] | RejectReason:
-        if len(raw) > LONGEST_MESSAGE:
+        if len(raw) > MAX_MESSAGE_BYTES:
             return RejectReason.TOO_LONG
         try:
             message = _DECODER.decode(raw)
         except msgspec.ValidationError:
             return RejectReason.UNDECODABLE
         except (msgspec.DecodeError, UnicodeError, RecursionError):
-            return RejectReason.UNREADABLE
+            return RejectReason.MALFORMED
         if message.updates is None:
             if message.self is None:
-                return RejectReason.UNUSED
+                return RejectReason.UNUSED_KIND
             self._self = _full(message.self)
             return []
         context = self._self if message.context is None else message.context
@@ -96,7 +96,7 @@ class DeltaReader:
             found = self._report(context, update)
             (refused if isinstance(found, RejectReason) else reports).append(found)  # pyright: ignore
         # Of several updates without any use, the message's reason is the first one's.
-        return reports or (refused[0] if refused else RejectReason.NOTHING_TOLD)
+        return reports or (refused[0] if refused else RejectReason.EMPTY)
 
     def _report(self, context: str, update: _Update) -> Report | RejectReason:
         """What one update says of the ship of a context."""
@@ -109,20 +109,20 @@ class DeltaReader:
         if not (said.fields or said.ended or ended or formerly):
             if said.bad:
                 return RejectReason.UNDECODABLE
-            return RejectReason.NOTHING_TOLD if said.used else RejectReason.UNUSED
+            return RejectReason.EMPTY if said.used else RejectReason.UNUSED_KIND
         told = time_of(update.timestamp)
         if told is None and update.timestamp is not None:
             return RejectReason.UNDECODABLE
         if told is not None and said.moves:
-            self._clock.tell(told, number)
+            self._clock.update(told, number)
         time = told or self._clock.now() or datetime.now(UTC)
         return Report(
             id=number,
             time=time,
-            own=own,
-            formerly=formerly,
+            is_own=own,
+            previous_id=formerly,
             route_ended=ended,
-            ended=said.ended,
+            cleared=said.ended,
             **said.fields,
         )
 
@@ -138,7 +138,7 @@ class DeltaReader:
         learnt = self._learnt.get(context)
         if told is None or told == learnt:
             return learnt or name, None
-        if learnt is None and len(self._learnt) >= MOST_LEARNT:
+        if learnt is None and len(self._learnt) >= MAX_LEARNT:
             del self._learnt[next(iter(self._learnt))]
         self._learnt[context] = told
         return told, learnt or name

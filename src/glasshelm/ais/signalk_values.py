@@ -129,7 +129,7 @@ def _length(value: Any) -> Fields:
 
 
 def _kind(value: Any) -> Fields:
-    return {"kind": str(int(_number(value["id"] if isinstance(value, dict) else value)))}
+    return {"ship_type": str(int(_number(value["id"] if isinstance(value, dict) else value)))}
 
 
 def _name(value: Any) -> Fields:

@@ -23,11 +23,11 @@ class StreamClock:
         self.live = live
         self._time = TrafficTime()
         if counts is not None:
-            counts.remark = self._time.wrong
+            counts.remark = self._time.rejected_clocks
 
-    def tell(self, told: datetime, witness: str) -> datetime | None:
+    def update(self, told: datetime, witness: str) -> datetime | None:
         """Hear the time of a report, told by a ship or ``station:NAME``; None: not believed now."""
-        return told if self._time.tell((told - _EPOCH).total_seconds(), witness) else None
+        return told if self._time.update((told - _EPOCH).total_seconds(), witness) else None
 
     def now(self) -> datetime | None:
         """The time of a sentence that tells none."""

@@ -10,30 +10,30 @@ from jaxtyping import Float64, Int64
 #: can name it: identities are 1 to 999,999,999.
 OWN_SENSORS = -1
 #: The number of a base station, an aid to navigation or an aircraft that a file says is one.
-NO_SHIP = 0
+NOT_A_SHIP = 0
 
 
 @dataclasses.dataclass(frozen=True)
-class Particulars:
+class StaticData:
     """Who a ship is, from static reports."""
 
     name: str | None = None
     length_m: float | None = None
     beam_m: float | None = None
-    kind: str | None = None
+    ship_type: str | None = None
 
-    def then(self, later: "Particulars") -> "Particulars":
+    def updated_by(self, later: "StaticData") -> "StaticData":
         """What was said first, overruled by what was said later."""
-        return Particulars(
+        return StaticData(
             later.name or self.name,
             later.length_m or self.length_m,
             later.beam_m or self.beam_m,
-            later.kind or self.kind,
+            later.ship_type or self.ship_type,
         )
 
 
 @dataclasses.dataclass(frozen=True)
-class Reports:
+class ReportTable:
     """Position reports as columns, on the host. Units of AIS: degrees, knots, seconds of UTC.
 
     A speed, course or heading that a report does not give is NaN; tracks made
@@ -51,16 +51,16 @@ class Reports:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def take(self, which: np.ndarray | slice) -> "Reports":
+    def take(self, which: np.ndarray | slice) -> "ReportTable":
         """The rows of a mask, of indices or of a slice."""
-        return Reports(*(getattr(self, f.name)[which] for f in dataclasses.fields(self)))
+        return ReportTable(*(getattr(self, f.name)[which] for f in dataclasses.fields(self)))
 
     @staticmethod
-    def joined(parts: "Sequence[Reports]") -> "Reports":
+    def concat(parts: "Sequence[ReportTable]") -> "ReportTable":
         """The rows of tables, one after another."""
-        empty = Reports(np.zeros(0), np.zeros(0, np.int64), *(np.zeros(0) for _ in range(5)))
-        columns = [f.name for f in dataclasses.fields(Reports)]
-        return Reports(
+        empty = ReportTable(np.zeros(0), np.zeros(0, np.int64), *(np.zeros(0) for _ in range(5)))
+        columns = [f.name for f in dataclasses.fields(ReportTable)]
+        return ReportTable(
             *(np.concatenate([getattr(part, c) for part in (empty, *parts)]) for c in columns)
         )
 
@@ -69,21 +69,21 @@ class Reports:
 class Recording:
     """What a file holds: its reports, the ships' particulars, what was passed over in reading."""
 
-    reports: Reports
-    ships: dict[int, Particulars]
+    reports: ReportTable
+    ships: dict[int, StaticData]
     notes: tuple[str, ...] = ()
 
     @staticmethod
-    def joined(parts: "Sequence[Recording]", notes: Iterable[str] = ()) -> "Recording":
+    def concat(parts: "Sequence[Recording]", notes: Iterable[str] = ()) -> "Recording":
         """Parts of a file as one recording; later particulars overrule earlier ones."""
-        ships: dict[int, Particulars] = {}
+        ships: dict[int, StaticData] = {}
         for part in parts:
             for mmsi, said in part.ships.items():
                 known = ships.get(mmsi)
-                ships[mmsi] = said if known is None else known.then(said)
-        return Recording(Reports.joined([part.reports for part in parts]), ships, tuple(notes))
+                ships[mmsi] = said if known is None else known.updated_by(said)
+        return Recording(ReportTable.concat([part.reports for part in parts]), ships, tuple(notes))
 
 
-def counted(count: int, what: str) -> tuple[str, ...]:
+def count_note(count: int, what: str) -> tuple[str, ...]:
     """``("3 reports dropped: ...",)``; nothing for a count of zero."""
     return () if count == 0 else (f"{count} {'report' if count == 1 else 'reports'} {what}",)

@@ -8,7 +8,7 @@ _CLIPPED = 24
 
 
 @dataclasses.dataclass
-class Tally:
+class RowErrors:
     """How many rows there were, and which could not be read.
 
     A reason may hold ``{}``, which stands for the text of its first row.
@@ -43,7 +43,7 @@ class Tally:
             )
         return tuple(found)
 
-    def worst(self) -> str:
+    def most_common(self) -> str:
         """Why none of the rows can be read: the reason that holds for most."""
         if not self.counts:
             return "no row is in it"

@@ -9,17 +9,17 @@ import math
 import time
 from collections import deque
 
-from glasshelm.ais.cleaning import AGREEING
+from glasshelm.ais.cleaning import N_AGREEING
 from glasshelm.ais.mmsi import is_number
 
 #: A time so far from that of the traffic [s], ahead or behind, is not believed.
-BELIEVED_S = 600.0
+TOLERANCE_S = 600.0
 #: A claim so far ahead [s] moves the time only with a majority: a wrong clock ages all ships ...
 AHEAD_S = 60.0
 #: ... and so far behind [s] it is no late report any more, but speaks for another time.
 BEHIND_S = 240.0
 #: A witness so far behind its own claim before [s] went back.
-BACK_S = 60.0
+BACKWARD_S = 60.0
 #: A witness is silent if others' time went on for so long [s] since it spoke.
 SILENT_S = 180.0
 #: Newcomers alone change the time when they have told theirs for so long [s], or for as
@@ -28,10 +28,10 @@ LASTING_S = 60.0
 #: Witnesses heard within so long [s] have a voice.
 RECENT_S = 600.0
 #: Times that are told beside each other, and witnesses of one, at most.
-MOST_LINES = 16
-MOST_WITNESSES = 300
+MAX_TIMELINES = 16
+MAX_SOURCES = 300
 #: Witnesses with wrong clocks that are remembered to be named, and named, at most.
-MOST_WRONG = 64
+MAX_REJECTED = 64
 MOST_NAMED = 3
 _MARK_S = 10.0
 
@@ -79,7 +79,7 @@ class _Line:
         if self.latest_s - BEHIND_S <= time_s <= self.now_s + AHEAD_S:
             return True
         before = self.witnesses.get(witness)
-        return before is not None and before[0] <= time_s <= before[0] + BELIEVED_S
+        return before is not None and before[0] <= time_s <= before[0] + TOLERANCE_S
 
     def silent_before(self) -> int:
         """Who spoke before this place in the order is silent: this time went on without it."""
@@ -97,7 +97,7 @@ class _Line:
 
     def wall(self) -> bool:
         """Whether this machine's own clock is one more witness for this time."""
-        return abs(time.time() - self.latest_s) <= BELIEVED_S
+        return abs(time.time() - self.latest_s) <= TOLERANCE_S
 
 
 class TrafficTime:
@@ -131,7 +131,7 @@ class TrafficTime:
         """The same, plus the seconds since it arrived."""
         return None if self._believed is None else self._believed.now_s
 
-    def tell(self, time_s: float, witness: str) -> bool:
+    def update(self, time_s: float, witness: str) -> bool:
         """Hear a claim [s since 1970]; whether it is believed now."""
         self._order += 1
         line = self._line_of(time_s, witness)
@@ -140,7 +140,7 @@ class TrafficTime:
             del before.witnesses[witness]
             if not before.witnesses and before is not self._believed:
                 self._lines.remove(before)
-        if witness not in line.witnesses and len(line.witnesses) >= MOST_WITNESSES:
+        if witness not in line.witnesses and len(line.witnesses) >= MAX_SOURCES:
             idle = next(iter(line.witnesses))
             del line.witnesses[idle], self._of[idle]
         line.join(witness, time_s, self._order)
@@ -152,14 +152,14 @@ class TrafficTime:
         if line is self._believed:
             self._note_last(witness, time_s)
         latest_s, now_s = self._believed.latest_s, self._believed.now_s
-        believed = latest_s - BELIEVED_S <= time_s <= now_s + BELIEVED_S
+        believed = latest_s - TOLERANCE_S <= time_s <= now_s + TOLERANCE_S
         if believed:
             self._wrong.pop(witness, None)
         else:
             self._note_wrong(witness, time_s, now_s)
         return believed
 
-    def wrong(self) -> str | None:
+    def rejected_clocks(self) -> str | None:
         """One line for people about the clocks not believed of late; None if there are none.
 
         One told only once that lies behind may be an old report, and is not named.
@@ -182,7 +182,7 @@ class TrafficTime:
         """The line that a claim belongs to, or a new one."""
         believed = self._believed
         if believed is not None:
-            back = time_s < self._last.get(witness, -math.inf) - BACK_S
+            back = time_s < self._last.get(witness, -math.inf) - BACKWARD_S
             ahead = time_s > believed.now_s + AHEAD_S
             if not back and not ahead and believed.takes(witness, time_s):
                 return believed
@@ -193,11 +193,11 @@ class TrafficTime:
         others = [
             x
             for x in self._lines
-            if x is not believed and time_s >= x.latest_s - BACK_S and x.takes(witness, time_s)
+            if x is not believed and time_s >= x.latest_s - BACKWARD_S and x.takes(witness, time_s)
         ]
         if others:
             return min(others, key=lambda x: abs(x.latest_s - time_s))
-        if len(self._lines) >= MOST_LINES:
+        if len(self._lines) >= MAX_TIMELINES:
             self._drop(min((x for x in self._lines if x is not believed), key=lambda x: x.order))
         line = _Line(time_s)
         self._lines.append(line)
@@ -213,10 +213,10 @@ class TrafficTime:
         """Whether another line has more voices than the believed one has left."""
         believed = self._believed
         assert believed is not None
-        enough = len(line.witnesses) >= AGREEING or line.instants >= AGREEING
-        if not enough and not 0 < line.latest_s - believed.latest_s <= BELIEVED_S:
+        enough = len(line.witnesses) >= N_AGREEING or line.instants >= N_AGREEING
+        if not enough and not 0 < line.latest_s - believed.latest_s <= TOLERANCE_S:
             return False
-        votes = line.voices(0, MOST_WITNESSES) + line.wall()
+        votes = line.voices(0, MAX_SOURCES) + line.wall()
         left = believed.voices(line.silent_before(), votes)
         left += believed.wall() if left else 0
         if votes <= left:
@@ -227,12 +227,12 @@ class TrafficTime:
     def _note_last(self, witness: str, time_s: float) -> None:
         """Remember the latest claim of a witness of the believed time, also if it goes over."""
         self._last[witness] = max(time_s, self._last.pop(witness, time_s))
-        if len(self._last) > 2 * MOST_WITNESSES:
+        if len(self._last) > 2 * MAX_SOURCES:
             del self._last[next(iter(self._last))]
 
     def _note_wrong(self, witness: str, time_s: float, now_s: float) -> None:
         _, first_s, _, _ = self._wrong.pop(witness, (0.0, time_s, 0.0, 0.0))
-        if len(self._wrong) >= MOST_WRONG:
+        if len(self._wrong) >= MAX_REJECTED:
             del self._wrong[next(iter(self._wrong))]
         self._wrong[witness] = (time_s - now_s, first_s, time_s, now_s)
 
@@ -245,10 +245,10 @@ def _called(witness: str) -> str:
 
 
 def _off(ahead_s: float) -> str:
-    return f"{span(ahead_s)} {'ahead' if ahead_s > 0 else 'behind'}"
+    return f"{format_duration(ahead_s)} {'ahead' if ahead_s > 0 else 'behind'}"
 
 
-def span(seconds: float) -> str:
+def format_duration(seconds: float) -> str:
     """A time for people: ``"12 h"``, ``"25 min"``, ``"3 days"``."""
     seconds = abs(seconds)
     for unit_s, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):

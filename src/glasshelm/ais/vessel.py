@@ -10,14 +10,14 @@ from collections import deque
 from collections.abc import Sequence
 
 from glasshelm.ais.cleaning import (
-    AGREEING,
     BASELINE_S,
+    N_AGREEING,
     POSITION_ERROR_M,
     REPEAT_S,
     SHORT_WAY_M,
     STALE_S,
 )
-from glasshelm.ais.limits import FASTEST_KN
+from glasshelm.ais.limits import MAX_SPEED_KN
 from glasshelm.ais.reports import RejectReason, Report
 from glasshelm.encounters.own_ship_candidates import UNDER_WAY_KN
 from glasshelm.ship.nomoto import KNOT_M_S
@@ -34,7 +34,7 @@ APART_S = 200.0
 LONGEST_NAME = 64
 
 _EARTH_M = 6_371_000.0
-_FASTEST_M_S = FASTEST_KN * KNOT_M_S
+_FASTEST_M_S = MAX_SPEED_KN * KNOT_M_S
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Timed:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Motion:
+class CourseSpeed:
     """Course and speed over ground. The course is None where nothing tells it."""
 
     course_rad: float | None
@@ -83,36 +83,36 @@ class Vessel:
     def __init__(self, number: str, second_of: str | None = None):
         self.id = number
         #: The MMSI that another ship uses too, who was heard first.
-        self.second_of = second_of
+        self.shares_id_of = second_of
         self.name: str | None = None
         self.length_m: float | None = None
         self.beam_m: float | None = None
-        self.kind: str | None = None
+        self.ship_type: str | None = None
         self.fix: Fix | None = None
         self.heading: Timed | None = None
         self.rate_of_turn: Timed | None = None
         self.rudder: Timed | None = None
         #: When anything at all was last heard of her [s since 1970].
-        self.heard_s = -math.inf
+        self.last_heard_s = -math.inf
         #: Where her positions were, compared with own ship's.
         self.compared = Compared()
         #: Where another ship is, with the same number, heard in turn with her.
-        self.other: Fix | None = None
+        self.twin_fix: Fix | None = None
         self._course: Timed | None = None
         self._speed: Timed | None = None
         self._waiting: list[Fix] = []
         self._on_track = 0
         self._before: deque[Fix] = deque(maxlen=2)
 
-    def identify(self, r: Report, time_s: float) -> None:
+    def update_static(self, r: Report, time_s: float) -> None:
         """Note who she is."""
         self.name = r.name[:LONGEST_NAME] if r.name else self.name
-        self.kind = r.kind[:LONGEST_NAME] if r.kind else self.kind
+        self.ship_type = r.ship_type[:LONGEST_NAME] if r.ship_type else self.ship_type
         self.length_m = r.length_m or self.length_m
         self.beam_m = r.beam_m or self.beam_m
-        self.heard_s = max(self.heard_s, time_s)
+        self.last_heard_s = max(self.last_heard_s, time_s)
 
-    def take(self, r: Report, time_s: float) -> RejectReason | None:
+    def update(self, r: Report, time_s: float) -> RejectReason | None:
         """Note where she is and how she moves, or say why that is not believed."""
         if r.latitude_deg is not None and r.longitude_deg is not None:
             fix = Fix(time_s, r.latitude_deg, r.longitude_deg, r.course_rad, r.speed_m_s)
@@ -124,20 +124,23 @@ class Vessel:
         self.heading = _later(self.heading, r.heading_rad, time_s)
         self.rate_of_turn = _later(self.rate_of_turn, r.rate_of_turn_rad_s, time_s)
         self.rudder = _later(self.rudder, r.rudder_rad, time_s)
-        self.heard_s = max(self.heard_s, time_s)
+        self.last_heard_s = max(self.last_heard_s, time_s)
         return None
 
-    def join(self, other: "Vessel") -> None:
+    def merge(self, other: "Vessel") -> None:
         """Take over what is known of a ship that turned out to be this one."""
         self.name = self.name or other.name
-        self.kind = self.kind or other.kind
+        self.ship_type = self.ship_type or other.ship_type
         self.length_m = self.length_m or other.length_m
         self.beam_m = self.beam_m or other.beam_m
         if other.fix is not None and (self.fix is None or other.fix.time_s > self.fix.time_s):
             self.fix, self._course, self._speed = other.fix, other._course, other._speed
-            self.heading, self.heard_s = other.heading, max(self.heard_s, other.heard_s)
+            self.heading, self.last_heard_s = (
+                other.heading,
+                max(self.last_heard_s, other.last_heard_s),
+            )
 
-    def motion(self) -> Motion | None:
+    def course_speed(self) -> CourseSpeed | None:
         """Her motion at her latest position; None if nothing tells a speed.
 
         What is not said is taken from the positions; a course that these do not
@@ -147,7 +150,7 @@ class Vessel:
         if fix is None:
             return None
         before = self._earlier(fix)
-        east, north = (0.0, 0.0) if before is None else way_m(before, fix)
+        east, north = (0.0, 0.0) if before is None else offset_m(before, fix)
         way = math.hypot(east, north)
         if before is not None and not _near(self._speed, fix):
             speed = way / (fix.time_s - before.time_s)
@@ -156,9 +159,9 @@ class Vessel:
         else:
             return None
         if way >= SHORT_WAY_M and not _near(self._course, fix):
-            return Motion(math.atan2(east, north) % math.tau, speed)
+            return CourseSpeed(math.atan2(east, north) % math.tau, speed)
         said = self._course or self.heading
-        return Motion(None if said is None else said.value, speed)
+        return CourseSpeed(None if said is None else said.value, speed)
 
     def _earlier(self, fix: Fix) -> Fix | None:
         """The latest position from which motion to ``fix`` can be taken."""
@@ -167,7 +170,7 @@ class Vessel:
                 return before
         return None
 
-    def end(self, names: Sequence[str]) -> None:
+    def clear_fields(self, names: Sequence[str]) -> None:
         """Note which values are not available any more.
 
         A speed or a course goes on, until positions tell another.
@@ -197,7 +200,7 @@ class Vessel:
             if fix.time_s < last.time_s:
                 return RejectReason.LATE
             if repeats(last, fix):
-                return RejectReason.REPEATED
+                return RejectReason.DUPLICATE
             if not follows(last, fix):
                 refused = self._off_track(last, fix)
                 if refused is not None:
@@ -221,18 +224,18 @@ class Vessel:
         if not waiting:
             self._on_track = 0
         waiting.append(fix)
-        if len(waiting) < AGREEING:
+        if len(waiting) < N_AGREEING:
             return RejectReason.JUMP
-        elsewhere = math.hypot(*way_m(last, fix)) > POSITION_ERROR_M
-        if self._on_track >= AGREEING - 1 and elsewhere:
-            self.other = waiting.pop()
+        elsewhere = math.hypot(*offset_m(last, fix)) > POSITION_ERROR_M
+        if self._on_track >= N_AGREEING - 1 and elsewhere:
+            self.twin_fix = waiting.pop()
             return RejectReason.JUMP
         self._before.clear()
         self._waiting = []
         return None
 
 
-def way_m(a: Fix, b: Fix) -> tuple[float, float]:
+def offset_m(a: Fix, b: Fix) -> tuple[float, float]:
     """East and north [m] from one position to another, near enough together to be a plane."""
     turn = (b.longitude_deg - a.longitude_deg + 180.0) % 360.0 - 180.0
     middle = math.radians(0.5 * (a.latitude_deg + b.latitude_deg))
@@ -245,7 +248,7 @@ def way_m(a: Fix, b: Fix) -> tuple[float, float]:
 def follows(a: Fix, b: Fix) -> bool:
     """Whether a ship that was at ``a`` can be at ``b`` and on its course."""
     gap = abs(b.time_s - a.time_s)
-    if math.hypot(*way_m(a, b)) > _FASTEST_M_S * gap + POSITION_ERROR_M:
+    if math.hypot(*offset_m(a, b)) > _FASTEST_M_S * gap + POSITION_ERROR_M:
         return False
     if a.course_rad is None or b.course_rad is None:
         return True

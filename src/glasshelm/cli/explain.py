@@ -66,13 +66,13 @@ def run(
         if not frames:
             raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
-        from glasshelm.encounters.scenario_factory import cut, scenario_from
+        from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
         from glasshelm.frames.frame_log import FrameLog
         from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
         from glasshelm.simulation.voyage import simulate, steps_of
 
         helm, params = resolve_pilot_and_ship(pilot, ship)
-        scenario = scenario_from(source, params, own, at, cut(minutes))
+        scenario = scenario_from(source, params, own, at, recording_settings(minutes))
         title, notes = f"{scenario.title}, pilot {helm.name}", scenario.notes
         console.say(title)
         count = steps_of(scenario, steps)

@@ -48,7 +48,7 @@ def run(
     from glasshelm.certify.logged_measurements import with_bands
     from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.terminal import Terminal, print_result
-    from glasshelm.encounters.scenario_factory import cut, scenario_from
+    from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
     from glasshelm.frames.frame_log import FrameLog, read_log
     from glasshelm.frames.frame_parquet import to_parquet
     from glasshelm.frames.summary import Summary
@@ -57,7 +57,7 @@ def run(
 
     console = Terminal()
     helm, params = resolve_pilot_and_ship(pilot, ship)
-    scenario = scenario_from(source, params, own, at, cut(minutes))
+    scenario = scenario_from(source, params, own, at, recording_settings(minutes))
     count = steps_of(scenario, steps)
     frames = simulate(scenario, helm, count, advise)
     if errors is not None:

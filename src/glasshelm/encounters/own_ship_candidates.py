@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
-from glasshelm.encounters.globe import LOST_AFTER_S, instants
+from glasshelm.ais.table import OWN_SENSORS, ReportTable, StaticData
+from glasshelm.encounters.globe import LOST_AFTER_S, snapshots
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: Ships this near at the same minute have met.
@@ -33,8 +33,8 @@ class Candidate:
         )
 
 
-def candidates(
-    reports: Reports, ships: dict[int, Particulars], best: int = 5
+def own_ship_candidates(
+    reports: ReportTable, ships: dict[int, StaticData], best: int = 5
 ) -> tuple[Candidate, ...]:
     """The ``best`` own ships of cleaned reports.
 
@@ -54,7 +54,7 @@ def candidates(
     found = [
         Candidate(
             int(numbers[i]),
-            ships.get(int(numbers[i]), Particulars()).name,
+            ships.get(int(numbers[i]), StaticData()).name,
             float(heard[i]),
             float(sog[i]),
             int(met),
@@ -66,10 +66,10 @@ def candidates(
     return tuple(found[:best])
 
 
-def _meetings(reports: Reports, numbers: np.ndarray) -> np.ndarray:
+def _meetings(reports: ReportTable, numbers: np.ndarray) -> np.ndarray:
     """How many of the ships each one has within MEETING_M at the same whole minute."""
     met = np.zeros((0, 2), np.int64)
-    for ships in instants(reports, _GRID_S, LOST_AFTER_S):
+    for ships in snapshots(reports, _GRID_S, LOST_AFTER_S):
         pairs = np.searchsorted(numbers, ships.mmsi[ships.pairs(MEETING_M)])
         met = np.unique(np.concatenate([met, np.sort(pairs, axis=1)]), axis=0)
     return np.bincount(met.ravel(), minlength=len(numbers))

@@ -9,15 +9,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from glasshelm.ais.mmsi import station_label
-from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
+from glasshelm.ais.table import OWN_SENSORS, ReportTable, StaticData
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.globe import LOST_AFTER_S
 from glasshelm.encounters.own_ship_candidates import UNDER_WAY_KN
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import WIDE
-from glasshelm.encounters.recording_window import RECORDED, Part, near_her, read_part
-from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
+from glasshelm.encounters.recording_window import (
+    RECORDED,
+    RecordingExcerpt,
+    near_own_ship,
+    read_excerpt,
+)
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_tracks
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
 from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState
 
@@ -26,7 +31,7 @@ GOES_NOWHERE_M = 500.0
 #: AIS reports that stay this near to the recorder's own sensors are her own.
 ECHO_M = 150.0
 #: A scenario has no more legs, counted as ships times reports of the ship that reports most.
-MOST_LEGS = 20_000_000
+MAX_LEGS = 20_000_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,11 +40,11 @@ class RecordingSettings:
 
     lost_after_s: float = LOST_AFTER_S
     #: Own ship's waypoint is pushed out to at least this distance; 0: her last position itself.
-    nearest_waypoint_m: float = WIDE.waypoint_m[0]
+    min_waypoint_m: float = WIDE.waypoint_m[0]
     #: Own ship's length; None: the recording's, or else the preset's.
     loa_m: float | None = None
     #: How long from t = 0 on; None: as long as own ship is heard.
-    lasts_s: float | None = None
+    duration_s: float | None = None
 
 
 def recorded_scenario(
@@ -63,13 +68,13 @@ def recorded_scenario(
     InputError if there is no such ship, she goes nowhere, or ``at`` is not a
     time at which she is heard.
     """
-    part = read_part(path, own, at, settings.lasts_s, settings.lost_after_s)
-    return scenario_of(path, part, ship, settings)
+    part = read_excerpt(path, own, at, settings.duration_s, settings.lost_after_s)
+    return scenario_from_excerpt(path, part, ship, settings)
 
 
-def scenario_of(
+def scenario_from_excerpt(
     path: str | Path,
-    part: Part,
+    part: RecordingExcerpt,
     ship: ShipParams,
     settings: RecordingSettings = RecordingSettings(),
 ) -> Scenario:
@@ -77,19 +82,19 @@ def scenario_of(
     number, t0, notes = part.own, part.start_s, list(part.recording.notes)
     reports, ships = part.recording.reports, part.recording.ships
     mine = reports.take(reports.mmsi == number)
-    if settings.lasts_s is not None:
-        mine = mine.take(mine.time_s <= t0 + settings.lasts_s)
-    reports = reports.take((reports.mmsi == OWN_SENSORS) | near_her(mine, reports))
+    if settings.duration_s is not None:
+        mine = mine.take(mine.time_s <= t0 + settings.duration_s)
+    reports = reports.take((reports.mmsi == OWN_SENSORS) | near_own_ship(mine, reports))
     plane, now = _plane_at(mine, t0, settings)
     own_row = _row(mine, plane, t0, settings.lost_after_s)
     echo = _echo(reports)
     if number == OWN_SENSORS:
         hidden = [OWN_SENSORS] if echo is None else [OWN_SENSORS, echo]
-        known = ships.get(echo if echo is not None else OWN_SENSORS, Particulars())
+        known = ships.get(echo if echo is not None else OWN_SENSORS, StaticData())
     else:
         # Heard over AIS as well as by her own sensors, the recorder would be there twice.
         hidden = [number] if echo is None else [number, OWN_SENSORS]
-        known = ships.get(number, Particulars())
+        known = ships.get(number, StaticData())
     if number == OWN_SENSORS and echo is not None:
         notes.append(f"MMSI {echo} is own ship's echo: left out of the traffic")
     duration = float(mine.time_s[-1] - t0)
@@ -100,7 +105,7 @@ def scenario_of(
     others = others.take(heard)
     rows = [_row(r, plane, t0, settings.lost_after_s) for r in _by_ship(others)]
     longest = max((len(row.start_s) for row in rows), default=0)
-    if len(rows) * longest > MOST_LEGS:
+    if len(rows) * longest > MAX_LEGS:
         raise InputError(
             f"{path}: {len(rows)} ships with up to {longest} reports each: too much to sail "
             "through: choose --at and --minutes"
@@ -114,10 +119,10 @@ def scenario_of(
         encounter=Encounter(
             ShipState.steady(0.0, 0.0, math.radians(heading), ship.speed_m_s),
             Vector(jnp.full(1, waypoint[0], jnp.float32), jnp.full(1, waypoint[1], jnp.float32)),
-            stack_rows(rows),
+            stack_tracks(rows),
             jnp.ones(len(rows), bool),
         ),
-        targets=tuple(_info(n, ships.get(n, Particulars())) for n in numbers),
+        targets=tuple(_info(n, ships.get(n, StaticData())) for n in numbers),
         ship=ship,
         duration_s=duration,
         own_name=name,
@@ -128,13 +133,15 @@ def scenario_of(
     )
 
 
-def _by_ship(reports: Reports) -> list[Reports]:
+def _by_ship(reports: ReportTable) -> list[ReportTable]:
     """The reports of each ship, of a table sorted by ship."""
     parts = np.split(np.arange(len(reports)), np.flatnonzero(np.diff(reports.mmsi)) + 1)
     return [reports.take(rows) for rows in parts if len(rows)]
 
 
-def _plane_at(mine: Reports, t0: float, settings: RecordingSettings) -> tuple[LocalProjection, int]:
+def _plane_at(
+    mine: ReportTable, t0: float, settings: RecordingSettings
+) -> tuple[LocalProjection, int]:
     """The plane centred on own ship at t = 0, and the index of her latest report then."""
     now = int(np.searchsorted(mine.time_s, t0, side="right")) - 1
     age = min(t0 - mine.time_s[now], settings.lost_after_s)
@@ -147,14 +154,14 @@ def _plane_at(mine: Reports, t0: float, settings: RecordingSettings) -> tuple[Lo
     return LocalProjection(latitude[0], longitude[0]), now
 
 
-def _row(r: Reports, plane: LocalProjection, t0: float, lost_after_s: float) -> TrackColumns:
+def _row(r: ReportTable, plane: LocalProjection, t0: float, lost_after_s: float) -> TrackColumns:
     """One ship's reports as legs."""
     east, north = plane.to_plane(r.latitude_deg, r.longitude_deg)
     course = plane.course(r.latitude_deg, r.longitude_deg, np.radians(r.cog_deg))
     return TrackColumns.of(r.time_s - t0, east, north, course, r.sog_kn * KNOT_M_S, lost_after_s)
 
 
-def _echo(reports: Reports) -> int | None:
+def _echo(reports: ReportTable) -> int | None:
     """The MMSI under which the recorder hears herself, if she does."""
     own = reports.mmsi == OWN_SENSORS
     if not own.any():
@@ -179,7 +186,7 @@ def _echo(reports: Reports) -> int | None:
 
 def _fitted(
     ship: ShipParams,
-    known: Particulars,
+    known: StaticData,
     own_row: TrackColumns,
     duration_s: float,
     settings: RecordingSettings,
@@ -230,16 +237,18 @@ def _waypoint(
     if away[end] < 0.5 * away[farthest]:
         notes.append("own ship comes back: her waypoint is the farthest point of her track")
         end = farthest
-    stretch = max(settings.nearest_waypoint_m / away[end], 1.0)
+    stretch = max(settings.min_waypoint_m / away[end], 1.0)
     if stretch > 1.0:
         notes.append(
             f"own ship's track ends {away[end] / NAUTICAL_MILE_M:.1f} NM off: her waypoint lies "
-            f"{settings.nearest_waypoint_m / NAUTICAL_MILE_M:.1f} NM off in that direction"
+            f"{settings.min_waypoint_m / NAUTICAL_MILE_M:.1f} NM off in that direction"
         )
     return float(east[end] * stretch), float(north[end] * stretch)
 
 
-def _info(number: int, known: Particulars) -> TargetInfo:
+def _info(number: int, known: StaticData) -> TargetInfo:
     if number == OWN_SENSORS:
-        return TargetInfo(RECORDED, "recording ship", known.length_m, known.kind)
-    return TargetInfo(str(number), known.name or station_label(number), known.length_m, known.kind)
+        return TargetInfo(RECORDED, "recording ship", known.length_m, known.ship_type)
+    return TargetInfo(
+        str(number), known.name or station_label(number), known.length_m, known.ship_type
+    )

@@ -13,17 +13,17 @@ import numpy as np
 
 from glasshelm.ais.cleaning import STALE_S, clean
 from glasshelm.ais.limits import is_position
-from glasshelm.ais.reading import recordings
-from glasshelm.ais.table import OWN_SENSORS, Recording, Reports
+from glasshelm.ais.reading import iter_recording
+from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.globe import places
-from glasshelm.encounters.own_ship_candidates import candidates
+from glasshelm.encounters.globe import ecef
+from glasshelm.encounters.own_ship_candidates import own_ship_candidates
 
 RECORDED = "recorded"
 #: A file of no more reports is read once.
-KEPT = 1_000_000
+MAX_SINGLE_PASS = 1_000_000
 #: More reports are not kept.
-MOST = 3_000_000
+MAX_REPORTS = 3_000_000
 #: A time of day without any report for so many hours parts a recording in two.
 SILENT_H = 6
 #: Ships farther from own ship [m] are not her traffic.
@@ -35,7 +35,7 @@ _SHOWN = 3
 
 
 @dataclasses.dataclass(frozen=True)
-class Stretch:
+class Segment:
     """A time in which somebody is heard all along: whole hours [s since 1970]."""
 
     begin_s: float
@@ -58,7 +58,7 @@ class Stretch:
 
 
 @dataclasses.dataclass(frozen=True)
-class Part:
+class RecordingExcerpt:
     """A recording, cleaned; whose reports in it are own ship's, and when t = 0 is (since 1970)."""
 
     recording: Recording
@@ -73,13 +73,13 @@ def read_recording(path: str | Path) -> Recording:
     return _cleaned(path, found, notes)
 
 
-def read_part(
+def read_excerpt(
     path: str | Path,
     own: int | str | None,
     at: str | datetime | None,
     lasts_s: float | None,
     before_s: float,
-) -> Part:
+) -> RecordingExcerpt:
     """The traffic around an own ship, from ``before_s`` before t = 0 on.
 
     Of several stretches of time with hours of silence between them it is the one that holds
@@ -102,20 +102,20 @@ def read_part(
     parts: list[Recording] = []
     kept = 0
 
-    def wanted(reports: Reports) -> np.ndarray:
+    def wanted(reports: ReportTable) -> np.ndarray:
         seen.add(reports)
         return np.ones(len(reports), bool) if whole else reports.mmsi == number
 
-    for part in recordings(path, wanted, notes):
+    for part in iter_recording(path, wanted, notes):
         parts.append(part)
         kept += len(part.reports)
-        if whole and kept > KEPT:
+        if whole and kept > MAX_SINGLE_PASS:
             whole = False
             parts = [_only(part, number) for part in parts]
             kept = sum(len(part.reports) for part in parts)
-        if kept > MOST:
+        if kept > MAX_REPORTS:
             raise _too_many(path, "of own ship", "cut the file into parts")
-    found = Recording.joined(parts)
+    found = Recording.concat(parts)
     mine = found.reports.take(found.reports.mmsi == number)
     stretches = seen.stretches()
     here = _chosen([s for s in stretches if s.holds(mine.time_s).any()] or stretches, at)
@@ -138,10 +138,10 @@ def read_part(
     mine = recording.reports.take(recording.reports.mmsi == number)
     if not len(mine):
         raise _no_own(path, recording, own, at, here)
-    return Part(recording, number, start_time(path, mine, at))
+    return RecordingExcerpt(recording, number, start_time(path, mine, at))
 
 
-def start_time(path: str | Path, mine: Reports, at: str | datetime | None) -> float:
+def start_time(path: str | Path, mine: ReportTable, at: str | datetime | None) -> float:
     """The time of t = 0 in seconds since 1970. InputError if own ship is not heard then."""
     first, last = float(mine.time_s[0]), float(mine.time_s[-1])
     if at is None:
@@ -153,10 +153,10 @@ def start_time(path: str | Path, mine: Reports, at: str | datetime | None) -> fl
     return time
 
 
-def near_her(mine: Reports, others: Reports) -> np.ndarray:
+def near_own_ship(mine: ReportTable, others: ReportTable) -> np.ndarray:
     """Which of the others' reports are within :data:`AREA_M` of where own ship was then."""
-    track = places(mine.latitude_deg, mine.longitude_deg)
-    there = places(others.latitude_deg, others.longitude_deg)
+    track = ecef(mine.latitude_deg, mine.longitude_deg)
+    there = ecef(others.latitude_deg, others.longitude_deg)
     for axis in range(3):
         there[:, axis] -= np.interp(others.time_s, mine.time_s, track[:, axis])
     return np.linalg.norm(there, axis=-1) <= AREA_M
@@ -165,17 +165,17 @@ def near_her(mine: Reports, others: Reports) -> np.ndarray:
 class _Near:
     """Which reports are own ship's, or near her, in a time; impossible ones stay to be counted."""
 
-    def __init__(self, mine: Reports, begin_s: float, end_s: float):
+    def __init__(self, mine: ReportTable, begin_s: float, end_s: float):
         self._mine, self.bounds = mine, (begin_s, end_s)
 
-    def __call__(self, reports: Reports) -> np.ndarray:
+    def __call__(self, reports: ReportTable) -> np.ndarray:
         begin, end = self.bounds
         kept = (reports.time_s >= begin) & (reports.time_s <= end)
         rows = np.flatnonzero(kept)
         here = reports.take(rows)
         placed = is_position(here.latitude_deg, here.longitude_deg)
         own = here.mmsi == self._mine.mmsi[0]
-        kept[rows] = own | ~placed | near_her(self._mine, here)
+        kept[rows] = own | ~placed | near_own_ship(self._mine, here)
         return kept
 
 
@@ -187,17 +187,17 @@ class _Seen:
         self._pairs: list[np.ndarray] = []
         self._size = 0
 
-    def add(self, reports: Reports) -> None:
+    def add(self, reports: ReportTable) -> None:
         hours = (reports.time_s // _HOUR_S).astype(np.int64)
         for hour, count in zip(*np.unique(hours, return_counts=True), strict=True):
             self._counts[int(hour)] = self._counts.get(int(hour), 0) + int(count)
         self._pairs.append(np.unique((hours << 31) + reports.mmsi + 1))
         self._size += len(self._pairs[-1])
-        if self._size > 2 * KEPT:
+        if self._size > 2 * MAX_SINGLE_PASS:
             self._pairs = [np.unique(np.concatenate(self._pairs))]
             self._size = len(self._pairs[0]) // 2  # so that it is not done again at once
 
-    def stretches(self) -> list[Stretch]:
+    def stretches(self) -> list[Segment]:
         """The stretches of time, in order."""
         hours = np.array(sorted(self._counts), np.int64)
         pairs = np.unique(np.concatenate(self._pairs))
@@ -207,7 +207,7 @@ class _Seen:
             low, high = np.searchsorted(pairs, [first << 31, (last + 1) << 31]).tolist()
             ships = len(np.unique(pairs[low:high] & ((1 << 31) - 1)))
             count = sum(self._counts[hour] for hour in part.tolist())
-            found.append(Stretch(first * _HOUR_S, (last + 1) * _HOUR_S, count, ships))
+            found.append(Segment(first * _HOUR_S, (last + 1) * _HOUR_S, count, ships))
         return found
 
 
@@ -221,7 +221,7 @@ def _number_of(own: int | str | None) -> int:
     return int(text)
 
 
-def _chosen(stretches: Sequence[Stretch], at: str | datetime | None) -> Stretch:
+def _chosen(stretches: Sequence[Segment], at: str | datetime | None) -> Segment:
     """The stretch that holds a time, or that of most ships; a time of day is of any."""
     if at is not None and not (isinstance(at, str) and "-" not in at):
         time = np.array([_instant(at, 0.0)])
@@ -231,7 +231,7 @@ def _chosen(stretches: Sequence[Stretch], at: str | datetime | None) -> Stretch:
     return max(stretches, key=lambda s: (s.ships, s.reports))
 
 
-def _left_out(others: Sequence[Stretch]) -> list[str]:
+def _left_out(others: Sequence[Segment]) -> list[str]:
     """What is said of the stretches that are not used."""
     why = f"left out: {SILENT_H} hours or more of silence part them from the rest"
     if len(others) > _SHOWN:
@@ -259,23 +259,23 @@ def _only(part: Recording, number: int) -> Recording:
 
 def _kept(
     path: str | Path,
-    wanted: Callable[[Reports], np.ndarray],
+    wanted: Callable[[ReportTable], np.ndarray],
     notes: list[str],
     instead: str,
     *bounds: float,
 ) -> Recording:
     """The reports of a file that are wanted; InputError if they are too many."""
     parts, count = [], 0
-    for part in recordings(path, wanted, notes, *bounds):
+    for part in iter_recording(path, wanted, notes, *bounds):
         parts.append(part)
         count += len(part.reports)
-        if count > MOST:
+        if count > MAX_REPORTS:
             raise _too_many(path, "in that time and area", instead)
-    return Recording.joined(parts)
+    return Recording.concat(parts)
 
 
 def _too_many(path: str | Path, which: str, instead: str) -> InputError:
-    return InputError(f"{path}: more than {MOST:,} reports {which}: {instead}")
+    return InputError(f"{path}: more than {MAX_REPORTS:,} reports {which}: {instead}")
 
 
 def _cleaned(path: str | Path, found: Recording, notes: Sequence[str]) -> Recording:
@@ -290,7 +290,7 @@ def _no_own(
     found: Recording | None,
     own: int | str | None,
     at: str | datetime | None,
-    here: Stretch,
+    here: Segment,
 ) -> InputError:
     """What to choose instead of an own ship that is not there; of a large file, of an hour."""
     if found is None:
@@ -305,7 +305,7 @@ def _no_own(
         problem = "no recorded own ship in it"
     else:
         problem = f"no usable report of MMSI {own} in it"
-    best = candidates(reports, found.ships) if len(reports) else ()
+    best = own_ship_candidates(reports, found.ships) if len(reports) else ()
     listed = "; ".join(map(str, best)) or "none is under way"
     return InputError(f"{path}: {problem}; choose --own MMSI, for instance {listed}")
 
@@ -316,7 +316,7 @@ class _Thinned:
     def __init__(self, begin_s: float, end_s: float):
         self._bounds = begin_s, end_s
 
-    def __call__(self, reports: Reports) -> np.ndarray:
+    def __call__(self, reports: ReportTable) -> np.ndarray:
         begin, end = self._bounds
         rows = np.flatnonzero((reports.time_s >= begin) & (reports.time_s < end))
         minutes = (reports.time_s[rows] // 60).astype(np.int64)

@@ -26,7 +26,7 @@ SOURCES = (
     f"{', '.join(BUNDLED)}, or a file: a DNV traffic situation (json), "
     "a table of AIS (csv, parquet), or sentences (nmea)"
 )
-MOST_SHIPS = 500
+MAX_SHIPS = 500
 _LARGEST_SEED = 2**31 - 1
 
 
@@ -59,7 +59,7 @@ def scenario_from(
     path = Path(source)
     if kind in (*FAMILIES, "imazu") and not _is_file(path):
         _only_recorded(source, own, at, settings)
-        return generated(source, ship)
+        return generated_scenario(source, ship)
     if not _is_file(path):
         raise InputError(f"no source {source[:200]!r} (nor such a file): choose {SOURCES}")
     if kind_of(path) == "json":
@@ -68,16 +68,16 @@ def scenario_from(
     return recorded_scenario(path, ship, own, at, settings)
 
 
-def cut(minutes: float | None) -> RecordingSettings:
+def recording_settings(minutes: float | None) -> RecordingSettings:
     """Settings by which so much of a recording is read; None: as long as own ship is heard."""
     if minutes is None:
         return RecordingSettings()
     if not 0 < minutes < math.inf:
         raise InputError(f"{minutes:g} minutes: must be more than 0")
-    return RecordingSettings(lasts_s=60.0 * minutes)
+    return RecordingSettings(duration_s=60.0 * minutes)
 
 
-def generated(source: str, ship: ShipParams) -> Scenario:
+def generated_scenario(source: str, ship: ShipParams) -> Scenario:
     """The scenario of a generator (``random:7``, ``imazu:8b``); no file is ever looked at."""
     kind, _, rest = source.partition(":")
     if kind == "imazu":
@@ -100,14 +100,14 @@ def _random(family: str, rest: str, ship: ShipParams) -> Scenario:
     settings = FAMILIES[family]
     if len(given) > 1:
         ships = int(count)
-        if ships > MOST_SHIPS:
-            raise InputError(f"{source!r}: at most {MOST_SHIPS} ships")
+        if ships > MAX_SHIPS:
+            raise InputError(f"{source!r}: at most {MAX_SHIPS} ships")
         settings = dataclasses.replace(settings, targets=(ships, ships))
     return random_scenario(int(seed), ship, settings)
 
 
 def _only_recorded(source: str, own: object, at: object, settings: RecordingSettings) -> None:
-    given = {"an own ship": own, "a start time": at, "a number of minutes": settings.lasts_s}
+    given = {"an own ship": own, "a start time": at, "a number of minutes": settings.duration_s}
     for what, value in given.items():
         if value is not None:
             raise InputError(f"{source}: {what} can be chosen only in recorded traffic")

@@ -37,7 +37,7 @@ class TrackColumns:
         return TrackColumns(start, start + lasts_s, east, north, course, speed)
 
 
-def stack_rows(rows: Sequence[TrackColumns]) -> Track:
+def stack_tracks(rows: Sequence[TrackColumns]) -> Track:
     """One track a row, padded with legs that never start; no rows give a track of no slots."""
     legs = max((len(row.start_s) for row in rows), default=1)
     stacked = {}
@@ -53,5 +53,5 @@ def stack_rows(rows: Sequence[TrackColumns]) -> Track:
 
 def single_track(row: TrackColumns) -> Track:
     """The track of one ship, without the axis of slots."""
-    stacked = stack_rows([row])
+    stacked = stack_tracks([row])
     return Track(**{f.name: getattr(stacked, f.name)[0] for f in dataclasses.fields(Track)})

@@ -68,12 +68,12 @@ class TargetInfo:
     id: str
     name: str
     length_m: float | None = None
-    kind: str | None = None
+    ship_type: str | None = None
 
     def __post_init__(self) -> None:
         _set(self, id=printable(self.id), name=name_of(self.name))
-        if self.kind is not None:
-            _set(self, kind=name_of(self.kind))
+        if self.ship_type is not None:
+            _set(self, kind=name_of(self.ship_type))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -11,7 +11,7 @@ _NOT_CONNECTED = "Connect call failed"
 _NUMBER = re.compile(r"\[Errno (\d+)\]")
 
 
-def reason(error: BaseException, silent: str = "no answer") -> str:
+def describe_error(error: BaseException, silent: str = "no answer") -> str:
     """One line about a connection that failed; ``silent`` where nothing came in time."""
     if isinstance(error, TimeoutError):
         return silent

@@ -6,7 +6,7 @@ from urllib.parse import SplitResult, urlsplit
 from glasshelm.ais.reports import Feed
 from glasshelm.core.errors import InputError
 from glasshelm.feeds.nmea_transport import FileFeed, TcpFeed, UdpFeed
-from glasshelm.feeds.signalk_client import SignalK, SignalKFeed
+from glasshelm.feeds.signalk_client import SignalKFeed, SignalKServer
 
 FEEDS = (
     "tcp://HOST:PORT, udp://HOST:PORT (listens there), signalk://HOST[:PORT], "
@@ -16,7 +16,7 @@ FEEDS = (
 SIGNALK_PORT = {"signalk": 3000, "signalks": 3443}
 
 
-def feed_from(text: str, own: str | None = None, token: str | None = None) -> Feed:
+def create_feed(text: str, own: str | None = None, token: str | None = None) -> Feed:
     """The feed that ``text`` names.
 
     ``own`` is own ship's MMSI, where her reports come like those of any ship;
@@ -37,7 +37,7 @@ def feed_from(text: str, own: str | None = None, token: str | None = None) -> Fe
         return TcpFeed(host, port, own)
     if scheme == "udp":
         return UdpFeed(host, port, own)
-    return SignalKFeed(SignalK(host, port, scheme == "signalks", token), own)
+    return SignalKFeed(SignalKServer(host, port, scheme == "signalks", token), own)
 
 
 def is_signalk(text: str) -> bool:
@@ -46,14 +46,16 @@ def is_signalk(text: str) -> bool:
     return bool(found) and scheme in SIGNALK_PORT
 
 
-def signalk_server(text: str, token: str | None) -> SignalK:
+def signalk_server(text: str, token: str | None) -> SignalKServer:
     """The server of ``signalk://…`` for writing back. InputError if it is none, or no token is."""
     scheme = text.strip().partition("://")[0]
     if not is_signalk(text):
         raise InputError(f"{text}: only Signal K can be written back to (signalk://HOST[:PORT])")
     if not token:
         raise InputError("writing back to Signal K needs a token of its server")
-    return SignalK(*_address(text, SIGNALK_PORT[scheme]), tls=scheme == "signalks", token=token)
+    return SignalKServer(
+        *_address(text, SIGNALK_PORT[scheme]), tls=scheme == "signalks", token=token
+    )
 
 
 def _address(text: str, default_port: int | None) -> tuple[str, int]:

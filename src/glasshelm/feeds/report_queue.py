@@ -8,37 +8,37 @@ from glasshelm.ais.reports import Report
 from glasshelm.live.traffic_picture import TrafficPicture
 
 #: Reports that wait at most, own ship's and all others'; of more the oldest are left out.
-MOST_OWN = 2_000
-MOST_OTHERS = 20_000
+MAX_OWN = 2_000
+MAX_OTHERS = 20_000
 #: A look takes reports for about so long [s]: no more of them than that allowed the last time, ...
 TAKE_S = 0.5
 #: ... but so many in any case.
-LEAST_TAKEN = 500
+MIN_DRAINED = 500
 
 
 class ReportQueue:
     """Holds what was heard since the last look.
 
-    One thread puts, another takes. ``left_out`` counts what came faster than it could be taken.
+    One thread puts, another takes. ``n_dropped`` counts what came faster than it could be taken.
     """
 
     def __init__(self) -> None:
         # Own ship's beside the others', so that no flood washes them away.
-        self._own: deque[tuple[int, Report]] = deque(maxlen=MOST_OWN)
-        self._others: deque[tuple[int, Report]] = deque(maxlen=MOST_OTHERS)
+        self._own: deque[tuple[int, Report]] = deque(maxlen=MAX_OWN)
+        self._others: deque[tuple[int, Report]] = deque(maxlen=MAX_OTHERS)
         self._put = self._taken = 0
-        self._affordable = MOST_OTHERS
-        self.left_out = 0
+        self._affordable = MAX_OTHERS
+        self.n_dropped = 0
 
     def __len__(self) -> int:
         return len(self._own) + len(self._others)
 
     def put(self, report: Report) -> None:
         """Put a report aside."""
-        (self._own if report.own else self._others).append((self._put, report))
+        (self._own if report.is_own else self._others).append((self._put, report))
         self._put += 1
 
-    def take(self, picture: TrafficPicture) -> None:
+    def drain_into(self, picture: TrafficPicture) -> None:
         """Let a picture take what waits now, in the order in which it came.
 
         Of more than can be afforded: all of own ship, and half of the latest, half of the nearest
@@ -53,17 +53,17 @@ class ReportQueue:
                 (report.id, report.latitude_deg is None): (number, report)
                 for number, report in others[: -len(late)]
             }
-            away = ((picture.away_m(one[1]), one) for one in early.values())
+            away = ((picture.distance_m(one[1]), one) for one in early.values())
             near = heapq.nsmallest(self._affordable // 2, away, key=lambda x: x[0])
             others = [one for _, one in near] + late
         taken = 0
         taken = 0
         for _, report in sorted([*own, *others], key=lambda one: one[0]):
-            picture.take(report)
+            picture.update(report)
             taken += 1
             if time.monotonic() > begun + 2 * TAKE_S:
                 break
         self._taken += taken
-        self.left_out = max(self._put - self._taken - len(self), self.left_out)
+        self.n_dropped = max(self._put - self._taken - len(self), self.n_dropped)
         a_look = taken * TAKE_S / max(time.monotonic() - begun, 1e-6)
-        self._affordable = max(min(int(a_look), MOST_OTHERS), LEAST_TAKEN)
+        self._affordable = max(min(int(a_look), MAX_OTHERS), MIN_DRAINED)

@@ -7,10 +7,10 @@ from collections.abc import AsyncIterator
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from glasshelm.ais.reports import Begun, Counts, RejectReason, Report
-from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
+from glasshelm.ais.reports import Counts, FeedBase, RejectReason, Report
+from glasshelm.ais.signalk_deltas import MAX_MESSAGE_BYTES, DeltaDecoder
 from glasshelm.feeds.backoff import Backoff
-from glasshelm.feeds.connection_errors import reason
+from glasshelm.feeds.connection_errors import describe_error
 
 #: A server that is silent for so long [s] is taken for gone, and connected to again.
 SILENT_S = 120.0
@@ -25,7 +25,7 @@ class _Straight(connect):
         return exc
 
 
-class SignalK:
+class SignalKServer:
     """Where a Signal K server is, and how to get in."""
 
     def __init__(self, host: str, port: int, tls: bool = False, token: str | None = None):
@@ -40,35 +40,35 @@ class SignalK:
         return _Straight(
             self._url + subscribe,
             additional_headers=headers,
-            max_size=LONGEST_MESSAGE,
+            max_size=MAX_MESSAGE_BYTES,
             open_timeout=CONNECT_S,
             close_timeout=1.0,
             proxy=None,  # a boat's own network
         )
 
 
-class SignalKFeed(Begun):
+class SignalKFeed(FeedBase):
     """A client of a Signal K server: everything it has of vessels, each delta as it came to it."""
 
-    def __init__(self, server: SignalK, own: str | None = None):
+    def __init__(self, server: SignalKServer, own: str | None = None):
         super().__init__(f"Signal K at {server.address}", Counts("messages"))
         self._server, self._own = server, own
 
     async def reports(self) -> AsyncIterator[Report]:
         """The reports as they come; connects again until it is cancelled."""
-        backoff, reader = Backoff(), DeltaReader(self.counts, self._own)
+        backoff, reader = Backoff(), DeltaDecoder(self.counts, self._own)
         while True:
             try:
                 socket = await self._server.connect("all")
             except (OSError, WebSocketException) as error:
-                self.trouble = f"{self.title}: {reason(error)}"
+                self.last_error = f"{self.title}: {describe_error(error)}"
                 await backoff.wait()
                 continue
-            self.connected, self.trouble = True, None
+            self.connected, self.last_error = True, None
             try:
                 while (message := await self._message(socket)) is not None:
                     backoff.succeeded()
-                    for report in reader.message(message):
+                    for report in reader.decode(message):
                         yield report
                     await asyncio.sleep(0)  # a fast server leaves time for others
             finally:
@@ -85,9 +85,9 @@ class SignalKFeed(Begun):
                 return await socket.recv(decode=False)
         except ConnectionClosed as error:
             if error.sent is not None and error.sent.code == _TOO_BIG:
-                self.counts.heard += 1
-                self.counts.refuse(RejectReason.TOO_LONG)
-            self.trouble = f"{self.title}: {reason(error)}"
+                self.counts.received += 1
+                self.counts.reject(RejectReason.TOO_LONG)
+            self.last_error = f"{self.title}: {describe_error(error)}"
         except (OSError, WebSocketException) as error:
-            self.trouble = f"{self.title}: {reason(error)}"
+            self.last_error = f"{self.title}: {describe_error(error)}"
         return None

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from glasshelm.ais.reports import Report
-from glasshelm.ais.vessel import Fix, Vessel, way_m
+from glasshelm.ais.vessel import Fix, Vessel, offset_m
 from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 from glasshelm.simulation.voyage import LOST_SHOWN_S
@@ -14,10 +14,10 @@ from glasshelm.simulation.voyage import LOST_SHOWN_S
 #: A ship not heard for so long [s] is forgotten: lost, shown as lost for a while, and a minute.
 FORGOTTEN_S = LOST_AFTER_S + LOST_SHOWN_S + 60.0
 #: Ships kept at most. A tenth more may be known for a moment; then the farthest are forgotten.
-MOST_SHIPS = 10_000
+MAX_SHIPS = 10_000
 
 
-class Fleet:
+class VesselStore:
     """Ships by number. When there are too many, a far one never takes the place of a near one."""
 
     def __init__(self) -> None:
@@ -33,22 +33,22 @@ class Fleet:
         """Whether there were more ships than are kept."""
         return self._reach_m < math.inf
 
-    def of(self, r: Report) -> Vessel | None:
-        """The ship of a report. Of two ships with one number: the one on whose track it lies."""
+    def find(self, r: Report) -> Vessel | None:
+        """Whom a report is about. Of two ships with one number: the one on whose way it is."""
         first, second = self.ships.get(r.id), self.ships.get(_second(r.id))
         if second is None:
             return first
         if first is None:
             return second
         if r.latitude_deg is None or r.longitude_deg is None:
-            return max(first, second, key=lambda v: v.heard_s)
+            return max(first, second, key=lambda v: v.last_heard_s)
         if first.fix is None or second.fix is None:
             return first
         here = Fix(0.0, r.latitude_deg, r.longitude_deg)
-        to_first, to_second = (math.hypot(*way_m(fix, here)) for fix in (first.fix, second.fix))
+        to_first, to_second = (math.hypot(*offset_m(fix, here)) for fix in (first.fix, second.fix))
         return first if to_first <= to_second else second
 
-    def away_m(self, r: Report, own: Fix | None) -> float:
+    def distance_m(self, r: Report, own: Fix | None) -> float:
         """Roughly how far from own ship a report is, or else the ship it is about [m]."""
         if r.latitude_deg is not None or r.id not in self.ships:
             return _away_m(own, r.latitude_deg, r.longitude_deg)
@@ -57,7 +57,7 @@ class Fleet:
 
     def add(self, r: Report, own: Fix | None) -> Vessel | None:
         """A ship not known before; None if there are too many nearer ones."""
-        if len(self.ships) >= MOST_SHIPS + MOST_SHIPS // 10:
+        if len(self.ships) >= MAX_SHIPS + MAX_SHIPS // 10:
             self._keep_nearest(own)
         far = _away_m(own, r.latitude_deg, r.longitude_deg) >= self._reach_m
         if far and self._reach_m < math.inf:
@@ -67,16 +67,16 @@ class Fleet:
 
     def split(self, vessel: Vessel) -> None:
         """Make a ship of her own of whoever uses a ship's number elsewhere."""
-        fix, vessel.other = vessel.other, None
+        fix, vessel.twin_fix = vessel.twin_fix, None
         number = _second(vessel.id)
-        if fix is None or vessel.second_of or number in self.ships:
+        if fix is None or vessel.shares_id_of or number in self.ships:
             return
         second = self.ships[number] = Vessel(number, second_of=vessel.id)
-        second.fix, second.heard_s = fix, fix.time_s
+        second.fix, second.last_heard_s = fix, fix.time_s
 
     def shared(self) -> list[str]:
         """The numbers that two ships use."""
-        return [v.second_of for v in self.ships.values() if v.second_of in self.ships]
+        return [v.shares_id_of for v in self.ships.values() if v.shares_id_of in self.ships]
 
     def rename(self, old: str, number: str) -> bool:
         """Let a ship go on under another number; False if she is not known, or is there already."""
@@ -85,7 +85,7 @@ class Fleet:
             return False
         there = self.ships.get(number)
         if there is not None:
-            there.join(vessel)
+            there.merge(vessel)
             return False
         vessel.id = number
         self.ships[number] = vessel
@@ -95,12 +95,14 @@ class Fleet:
         """Drop the ships not heard for ``FORGOTTEN_S``."""
         old = []
         for vessel in self.ships.values():
-            vessel.heard_s = min(vessel.heard_s, now_s)  # dated by another clock: as of now
-            if now_s - vessel.heard_s > FORGOTTEN_S:
+            vessel.last_heard_s = min(
+                vessel.last_heard_s, now_s
+            )  # dated by another clock: as of now
+            if now_s - vessel.last_heard_s > FORGOTTEN_S:
                 old.append(vessel.id)
         for number in old:
             del self.ships[number]
-        if len(self.ships) < MOST_SHIPS:
+        if len(self.ships) < MAX_SHIPS:
             self._reach_m = math.inf
 
     def nearest(
@@ -118,10 +120,10 @@ class Fleet:
         """Forget all but the nearest; where that tells no difference, those heard longest ago."""
         ships = list(self.ships.values())
         away, _ = _distances(ships, own)
-        order = np.lexsort((-np.array([v.heard_s for v in ships]), away))
-        for k in order[MOST_SHIPS:]:
+        order = np.lexsort((-np.array([v.last_heard_s for v in ships]), away))
+        for k in order[MAX_SHIPS:]:
             del self.ships[ships[k].id]
-        self._reach_m = float(away[order[MOST_SHIPS - 1]])
+        self._reach_m = float(away[order[MAX_SHIPS - 1]])
 
 
 def _second(number: str) -> str:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from glasshelm.ais.mmsi import is_number, station_label
-from glasshelm.ais.vessel import Fix, Motion, Timed, Vessel
+from glasshelm.ais.vessel import CourseSpeed, Fix, Timed, Vessel
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.tracks import TrackColumns, single_track
 from glasshelm.encounters.types import TargetInfo, Track
@@ -53,14 +53,14 @@ class OwnPosition:
         return single_track(TrackColumns.of(*one, lasts_s=lasts_s))
 
 
-def place_of(fix: Fix, plane: LocalProjection) -> tuple[float, float]:
+def to_plane(fix: Fix, plane: LocalProjection) -> tuple[float, float]:
     """East and north [m] of a position."""
     east, north = plane.to_plane(np.array([fix.latitude_deg]), np.array([fix.longitude_deg]))
     return float(east[0]), float(north[0])
 
 
-def here_of(
-    own: Vessel, fix: Fix, motion: Motion, plane: LocalProjection, now_s: float
+def own_position(
+    own: Vessel, fix: Fix, motion: CourseSpeed, plane: LocalProjection, now_s: float
 ) -> OwnPosition:
     """Own ship at ``now_s``, on her course over ground (adrift: her heading).
 
@@ -69,7 +69,7 @@ def here_of(
     course = motion.course_rad or 0.0
     if motion.speed_m_s < DRIFTING_M_S and own.heading is not None:
         course = own.heading.value
-    east, north = place_of(fix, plane)
+    east, north = to_plane(fix, plane)
     latitude, longitude, true = (
         np.array([x]) for x in (fix.latitude_deg, fix.longitude_deg, course)
     )
@@ -92,7 +92,7 @@ def _held(said: Timed | None, now_s: float) -> float | None:
     return said.value if said and now_s - said.time_s <= SENSOR_HOLDS_S else None
 
 
-def tracks_of(
+def target_tracks(
     vessels: Sequence[Vessel | None], plane: LocalProjection, now_s: float, lasts_s: float
 ) -> Track:
     """One leg a slot, from the latest position; empty slots have one that never begins.
@@ -102,7 +102,7 @@ def tracks_of(
     found = [
         (k, v.fix, motion)
         for k, v in enumerate(vessels)
-        if v is not None and v.fix is not None and (motion := v.motion()) is not None
+        if v is not None and v.fix is not None and (motion := v.course_speed()) is not None
     ]
     slots = [k for k, _, _ in found]
     time_s = np.array([fix.time_s for _, fix, _ in found])
@@ -122,7 +122,7 @@ def tracks_of(
     return Track(*(jnp.asarray(x[:, None], jnp.float32) for x in columns))
 
 
-def fitted(ship: ShipParams, own: Vessel, speed_m_s: float) -> ShipParams:
+def with_own_dimensions(ship: ShipParams, own: Vessel, speed_m_s: float) -> ShipParams:
     """The ship with the speed of now (an array) and, where told, own ship's length and beam."""
     loa = own.length_m or float(ship.loa_m)
     beam = own.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
@@ -130,12 +130,12 @@ def fitted(ship: ShipParams, own: Vessel, speed_m_s: float) -> ShipParams:
     return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
 
 
-def info_of(vessel: Vessel | None) -> TargetInfo:
+def target_info(vessel: Vessel | None) -> TargetInfo:
     """Who is in a slot."""
     if vessel is None:
         return TargetInfo("", "empty slot")
-    number = vessel.second_of or vessel.id
+    number = vessel.shares_id_of or vessel.id
     name = vessel.name or (station_label(number) if is_number(number) else number)
-    if vessel.second_of:
+    if vessel.shares_id_of:
         name = f"{name} (second)"
-    return TargetInfo(vessel.id, name, vessel.length_m, vessel.kind)
+    return TargetInfo(vessel.id, name, vessel.length_m, vessel.ship_type)

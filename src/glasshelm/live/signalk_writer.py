@@ -1,6 +1,6 @@
 """Telling Signal K what the pilot would do: rudder target, closest approaches, notifications.
 
-Only on request and with a token: other instruments on board may act on what is written.
+Only for who asked for it and has a token: other instruments on board may act on what is written.
 """
 
 import asyncio
@@ -17,12 +17,12 @@ from websockets.exceptions import WebSocketException
 
 from glasshelm.ais.mmsi import is_number
 from glasshelm.feeds.backoff import Backoff
-from glasshelm.feeds.connection_errors import reason
-from glasshelm.feeds.signalk_client import SignalK
+from glasshelm.feeds.connection_errors import describe_error
+from glasshelm.feeds.signalk_client import SignalKServer
 from glasshelm.frames.schema import Frame, Target
 
 RUDDER = "steering.rudderAngleTarget"
-CLOSEST = "navigation.closestApproach"
+CLOSEST_APPROACH = "navigation.closestApproach"
 SELF = "vessels.self"
 #: What is told must be told again within so long [s]: it is no longer of now otherwise.
 STALE_S = 15.0
@@ -37,7 +37,7 @@ _log = logging.getLogger("glasshelm.bridge")
 
 @runtime_checkable
 class Alarm(Protocol):
-    """What is written about an alarm: the ship, the reason, whether it is acknowledged."""
+    """What is told of an alarm: the ship, the reason, whether somebody has acknowledged it."""
 
     @property
     def target(self) -> str: ...
@@ -52,18 +52,18 @@ class Alarm(Protocol):
 class SignalKWriter:
     """Writes to one server.
 
-    ``tell`` never waits: the newest values are written when ``run``, a task of its own, can write.
-    After ``fall_silent``, when nothing new came for ``STALE_S``, and when ``run`` ends, everything
+    ``tell`` never waits: what is told last is written when ``run``, a task of its own, can write.
+    After ``fall_silent``, when nothing was told for ``STALE_S``, and when ``run`` ends, everything
     written is withdrawn: no advice stays behind that nobody gives any more. What a connection
     that broke may have left on the server is withdrawn, or written anew, by the next one.
     """
 
-    def __init__(self, server: SignalK):
+    def __init__(self, server: SignalKServer):
         self.title = f"writing to Signal K at {server.address}"
         self.connected = False
-        self.trouble: str | None = None
+        self.last_error: str | None = None
         #: How many frames were told, and how many of them were written.
-        self.told, self.written = 0, 0
+        self.n_published, self.n_written = 0, 0
         self._server = server
         #: What is to stand on the server, since when, and whether its frame is yet to be written.
         self._wanted: dict[Key, Any] = {}
@@ -76,22 +76,22 @@ class SignalKWriter:
         self._leaving: dict[Key, object] = {}
         self._task: asyncio.Task[Any] | None = None
 
-    def tell(self, frame: Frame, alarms: Sequence[Alarm]) -> None:
+    def publish(self, frame: Frame, alarms: Sequence[Alarm]) -> None:
         """Have a frame and the alarms of its instant written; replaces what is not written yet.
 
-        Where they cannot be written, everything is withdrawn, and the error raised.
+        Where they cannot be told, everything is withdrawn, and the error raised.
         """
         try:
-            said = said_of(frame, alarms)
+            said = signalk_values(frame, alarms)
         except Exception:
-            self.fall_silent()
+            self.withdraw()
             raise
-        self.told += 1
+        self.n_published += 1
         self._unwritten = True
         self._say(said)
 
-    def fall_silent(self) -> None:
-        """Have everything withdrawn: there is no current picture."""
+    def withdraw(self) -> None:
+        """Have everything withdrawn: there is no picture of now to tell of."""
         self._unwritten = False
         self._say({})
 
@@ -103,7 +103,7 @@ class SignalKWriter:
         self._news.set()
 
     async def run(self) -> None:
-        """Write the newest values until cancelled; reconnects by itself after any failure."""
+        """Write what is told until cancelled; connects again by itself, whatever has failed."""
         self._task, backoff = asyncio.current_task(), Backoff()
         try:
             while True:
@@ -118,7 +118,7 @@ class SignalKWriter:
             if self._standing:
                 await self._withdraw_anew()
 
-    async def end(self) -> None:
+    async def close(self) -> None:
         """Withdraw everything for good; returns when that is done, or cannot be done in time."""
         if self._task is not None and not self._task.done():
             self._task.cancel()
@@ -126,7 +126,7 @@ class SignalKWriter:
 
     async def _hold(self, socket: ClientConnection, backoff: Backoff) -> None:
         """Write for as long as the connection holds, then withdraw what it wrote."""
-        self.connected, self.trouble = True, None
+        self.connected, self.last_error = True, None
         try:
             await self._write_all(socket, backoff)
         except Exception as error:
@@ -136,7 +136,7 @@ class SignalKWriter:
             await self._part(socket)
 
     async def _write_all(self, socket: ClientConnection, backoff: Backoff) -> None:
-        """Write the newest values, and read what the server says, while the connection holds.
+        """Write what is told, and read what the server says, for as long as the connection holds.
 
         What it says (its hello, refusals) must be read: unread, it would fill the line.
         """
@@ -151,13 +151,13 @@ class SignalKWriter:
                 )
                 news.cancel()
                 if self._patience() == 0.0:
-                    self.fall_silent()  # whoever told of it tells no more
+                    self.withdraw()  # whoever told of it tells no more
                 if listening.done() or not self._news.is_set():
                     continue
                 self._news.clear()
                 told, self._unwritten = self._unwritten, False
                 await self._write(socket, self._wanted)
-                self.written += told
+                self.n_written += told
                 backoff.succeeded()
             listening.result()
         finally:
@@ -216,7 +216,7 @@ class SignalKWriter:
             _log.error("%s: what was written could not be withdrawn", self.title)
 
     def _failed(self, error: Exception) -> None:
-        self.trouble = f"{self.title}: {reason(error)}"
+        self.last_error = f"{self.title}: {describe_error(error)}"
         if not isinstance(error, OSError | WebSocketException):
             _log.error("%s failed", self.title, exc_info=error)
 
@@ -226,20 +226,20 @@ async def _read(socket: ClientConnection) -> None:
         await socket.recv()
 
 
-def said_of(frame: Frame, alarms: Sequence[Alarm]) -> dict[Key, Any]:
+def signalk_values(frame: Frame, alarms: Sequence[Alarm]) -> dict[Key, Any]:
     """What a frame says to Signal K: context and path, and the value there."""
     said: dict[Key, Any] = {}
     if frame.decision is not None:
         said[SELF, RUDDER] = frame.decision.rudder_rad
     for target in frame.targets:
         if not target.lost and target.tcpa_s > 0 and target.id:
-            said[_context(target), CLOSEST] = {
+            said[_context(target), CLOSEST_APPROACH] = {
                 "distance": target.dcpa_m,
                 "timeTo": target.tcpa_s,
             }
     for alarm in alarms:
         silent = alarm.state == "acknowledged"
-        said[SELF, f"notifications.{CLOSEST}.{_label(alarm.target)}"] = {
+        said[SELF, f"notifications.{CLOSEST_APPROACH}.{_label(alarm.target)}"] = {
             "state": "alarm",
             "method": ["visual"] if silent else ["visual", "sound"],
             "message": f"{alarm.name}: {alarm.cause}",

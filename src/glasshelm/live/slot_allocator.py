@@ -20,7 +20,7 @@ class SlotAllocator:
     def __len__(self) -> int:
         return len(self._ids)
 
-    def place(self, wanted: Sequence[str]) -> list[str | None]:
+    def allocate(self, wanted: Sequence[str]) -> list[str | None]:
         """The ship of each slot; of more ships than fit, the first of ``wanted``."""
         wanted = wanted[: len(self._ids)]
         staying = set(wanted)

@@ -23,32 +23,32 @@ ARRIVED_M = EnvSettings().arrival_m
 class WaypointTracker:
     """The waypoint that pilots are shown: the one told by the ship's route, or one ahead.
 
-    Kept on the globe. ``told`` says whether a feed gave the present one.
+    Kept on the globe. ``told`` says whether the present one was told.
     """
 
     def __init__(self) -> None:
         self._place: tuple[float, float] | None = None
         self._on_course_s = -math.inf
-        self.told = False
+        self.is_from_route = False
         #: Whether the route was told to have ended, and no other was since.
-        self.ended = False
+        self.route_ended = False
 
-    def tell(self, latitude_deg: float, longitude_deg: float, now_s: float) -> None:
-        """The route's next waypoint. It holds until another comes, own ship is there, or off it."""
-        self._place, self.told = (latitude_deg, longitude_deg), True
-        self._on_course_s, self.ended = now_s, False
+    def set_route_waypoint(self, latitude_deg: float, longitude_deg: float, now_s: float) -> None:
+        """The route's next waypoint. It holds until another is told, or she is there, or off."""
+        self._place, self.is_from_route = (latitude_deg, longitude_deg), True
+        self._on_course_s, self.route_ended = now_s, False
 
-    def end(self) -> None:
+    def end_route(self) -> None:
         """The route has ended: the waypoint is ahead from now on."""
-        if self.told:
-            self._place, self.told, self.ended = None, False, True
+        if self.is_from_route:
+            self._place, self.is_from_route, self.route_ended = None, False, True
 
     def waypoint(
         self, plane: LocalProjection, east_m: float, north_m: float, course_rad: float, now_s: float
     ) -> tuple[float, float]:
         """The waypoint (east and north [m]) of own ship at a place of the plane, on a course.
 
-        One from a feed is shown on the same bearing at a distance that the pilots know.
+        One that was told is shown on the same bearing at a distance that the pilots know.
         """
         if self._place is not None:
             east, north = (float(x[0]) for x in plane.to_plane(*_arrays(*self._place)))
@@ -58,16 +58,16 @@ class WaypointTracker:
             if off <= OFF_COURSE_RAD or now_s < self._on_course_s:
                 self._on_course_s = now_s
             meant = now_s - self._on_course_s <= MEANT_S
-            if self.told and meant and away > ARRIVED_M:
+            if self.is_from_route and meant and away > ARRIVED_M:
                 shown = min(max(away, NEAR_M), AHEAD_M)
                 return east_m + shown * math.sin(bearing), north_m + shown * math.cos(bearing)
-            if not self.told and meant and NEAR_M < away < 2 * AHEAD_M:
+            if not self.is_from_route and meant and NEAR_M < away < 2 * AHEAD_M:
                 return east, north
         east = east_m + AHEAD_M * math.sin(course_rad)
         north = north_m + AHEAD_M * math.cos(course_rad)
         latitude, longitude = plane.to_globe(*_arrays(east, north))
         self._place, self._on_course_s = (float(latitude[0]), float(longitude[0])), now_s
-        self.told = False
+        self.is_from_route = False
         return east, north
 
 

@@ -61,6 +61,7 @@ class Case(eqx.Module):
         length_m: The targets' lengths, one a slot.
         beam_m: The targets' beams.
         disturbance: How the sensors err; None where the pilot sees the world as it is.
+        episode_steps: How many steps are also measured apart.
     """
 
     encounter: Encounter
@@ -69,6 +70,7 @@ class Case(eqx.Module):
     length_m: _Host
     beam_m: _Host
     disturbance: Disturbance | None = None
+    episode_steps: int = eqx.field(static=True, default=EPISODE_STEPS)
 
 
 class Measures(eqx.Module):
@@ -134,7 +136,12 @@ def policy_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
     return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
 
 
-def plain_cases(encounters: Encounter, ship: ShipParams, steps: int | _Steps) -> Case:
+def plain_cases(
+    encounters: Encounter,
+    ship: ShipParams,
+    steps: int | _Steps,
+    episode_steps: int = EPISODE_STEPS,
+) -> Case:
     """Cases of a batch of encounters: targets as large as own ship, sensors without error."""
     shape = encounters.present.shape
     return Case(
@@ -143,6 +150,7 @@ def plain_cases(encounters: Encounter, ship: ShipParams, steps: int | _Steps) ->
         jnp.broadcast_to(jnp.asarray(steps, jnp.int32), shape[0]),
         jnp.full(shape, ship.loa_m, jnp.float32),
         jnp.full(shape, ship.beam_m, jnp.float32),
+        episode_steps=episode_steps,
     )
 
 
@@ -268,7 +276,7 @@ def _measured(case: Case, state: CaseState, out: StepResult, finite: Bool[Array,
     """The measures with one more step in them."""
     before, m, own = state.state, state.measures, out.state.own
     time_s = out.state.step * SETTINGS.step_s
-    early = out.state.step <= EPISODE_STEPS
+    early = out.state.step <= case.episode_steps
     counts = jnp.stack([early, jnp.ones_like(early)])
     targets = targets_at(case.encounter, time_s)
     worst = jnp.where(targets.present, out.margin, -jnp.inf).max(initial=-jnp.inf)

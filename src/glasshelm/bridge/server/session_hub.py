@@ -239,7 +239,7 @@ class SessionHub:
     async def withdraw(self) -> None:
         """Take back for good what was written to Signal K: the server is about to end."""
         if self.writer is not None:
-            await self.writer.end()
+            await self.writer.close()
 
     def close(self) -> None:
         """Close the log; called when no more is asked. What is still compiled is not waited for."""
@@ -449,11 +449,11 @@ class SessionHub:
         try:
             frame = None if stage is None else stage.frame
             if stage is None or frame is None or not (_of_now(stage.session) and stage.sound):
-                self.writer.fall_silent()
+                self.writer.withdraw()
             else:
-                self.writer.tell(frame, stage.alarms)
+                self.writer.publish(frame, stage.alarms)
         except BaseException:
-            self.writer.fall_silent()
+            self.writer.withdraw()
             raise
 
     def _set(self, stage: Stage, playing: bool, rate: float) -> None:
@@ -492,7 +492,7 @@ class SessionHub:
 
     def _trouble_of_writing(self, stage: Stage) -> list[str]:
         live = stage.session.card.mode == "live"
-        trouble = self.writer.trouble if self.writer is not None and live else None
+        trouble = self.writer.last_error if self.writer is not None and live else None
         return [] if trouble is None else [trouble]
 
     def _tell(self, told: list[Told], hello: dict[m.Role, bytes] | None = None) -> None:

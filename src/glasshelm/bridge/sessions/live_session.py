@@ -119,7 +119,7 @@ class LiveSession(Session):
 
     @property
     def heard_s(self) -> float | None:
-        now, heard = self._picture.now(), self._picture.heard
+        now, heard = self._picture.now(), self._picture.latest_time
         return None if now is None or heard is None else (now - heard).total_seconds()
 
     @property
@@ -128,11 +128,11 @@ class LiveSession(Session):
 
     @property
     def counted(self) -> dict[str, Any]:
-        return {c.what: c.told() for c in (self._feed.counts, self._picture.counts)}
+        return {c.unit: c.as_dict() for c in (self._feed.counts, self._picture.counts)}
 
     @property
     def troubles(self) -> list[str]:
-        feed = self._over or (None if self.connected else self._feed.trouble or "no connection")
+        feed = self._over or (None if self.connected else self._feed.last_error or "no connection")
         logs = (record.trouble for record in self._records)
         return list(dict.fromkeys(t for t in (feed, *logs, *self._faults.told) if t is not None))
 
@@ -147,15 +147,15 @@ class LiveSession(Session):
             watch.predicted()
 
     def forward(self) -> Frame | None:
-        self._waiting.take(self._picture)
+        self._waiting.drain_into(self._picture)
         now = self._picture.now()
         if now is None:
-            heard = self._feed.counts.heard > 0
+            heard = self._feed.counts.received > 0
             self._note("no position heard yet" if heard else "nothing heard yet")
             return None
         scenario = self._picture.scenario(now, self._params)
         if scenario is None:
-            self._note(self._picture.state(now))
+            self._note(self._picture.status(now))
             return None
         if self._begun is not None and self._broken(self._begun, scenario):
             self._begin_anew()
@@ -231,13 +231,13 @@ class LiveSession(Session):
         """Note what is known, what is wrong with the feed, and what of it was of no use."""
         notes = [*self.troubles, *known]
         said, believed = self._feed.counts, self._picture.counts
-        if said.faulty or said.useless:
-            notes.append(said.sentence())
-        if believed.useless:
-            notes.append(believed.sentence())
+        if said.has_faults or said.all_rejected:
+            notes.append(said.summary())
+        if believed.all_rejected:
+            notes.append(believed.summary())
         if lost := sum(record.lost for record in self._records):
             notes.append(f"{lost} frames were shown without being logged")
-        if left_out := self._waiting.left_out:
+        if left_out := self._waiting.n_dropped:
             notes.append(f"{left_out} reports came faster than they could be taken")
         self.card = dataclasses.replace(self.card, notes=tuple(notes))
 
@@ -245,11 +245,11 @@ class LiveSession(Session):
 def _alone(ship: ShipParams) -> Scenario:
     """Own ship with nobody in sight, somewhere: of the same shapes as every picture."""
     picture, now = TrafficPicture("nobody"), datetime.now(UTC)
-    picture.take(
+    picture.update(
         Report(
             id="own",
             time=now,
-            own=True,
+            is_own=True,
             latitude_deg=1.0,
             longitude_deg=1.0,
             course_rad=0.0,

@@ -15,10 +15,15 @@ from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.core.errors import InputError, hide_paths
 from glasshelm.encounters.imazu import imazu_cases
 from glasshelm.encounters.random_encounters import FAMILIES
-from glasshelm.encounters.scenario_factory import BUNDLED, cut, generated, scenario_from
+from glasshelm.encounters.scenario_factory import (
+    BUNDLED,
+    generated_scenario,
+    recording_settings,
+    scenario_from,
+)
 from glasshelm.encounters.types import Scenario
 from glasshelm.evaluation.contenders import ship_of
-from glasshelm.feeds.feed_factory import feed_from
+from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
@@ -66,7 +71,7 @@ class SourceList:
         token: str | None = None,
         minutes: float | None = None,
     ):
-        self.shelf, self._token, self._cut = shelf, token, cut(minutes)
+        self.shelf, self._token, self._cut = shelf, token, recording_settings(minutes)
         self.feed = source if source and is_feed(source) else None
         simulated = source is not None and _known(source) and source not in BUNDLED
         if minutes is not None and (self.feed or simulated):
@@ -89,7 +94,7 @@ class SourceList:
         if _known(source):
             if own is not None or at is not None:
                 raise InputError(f"{source}: own ship and time are of recorded traffic only")
-            return generated(source, params)
+            return generated_scenario(source, params)
         if self._file is not None and source in (alias(self._file), self._file):
             return self._from_file(self._file, params, own, at)
         raise InputError(f"no source {source[:100]!r}: choose one of the catalogue")
@@ -104,7 +109,7 @@ class SourceList:
             raise InputError("no live traffic was named on the command line")
         named = self.feed.removeprefix(LIVE)
         with hide_paths(alias(self.feed), named, Path(named)):
-            return feed_from(named, own, self._token)
+            return create_feed(named, own, self._token)
 
     def pilot(self, name: str) -> Pilot:
         """A pilot of the catalogue; read from disk once."""
