@@ -23,6 +23,7 @@ from glasshelm.certify.interval_arithmetic import (
     Interval,
     Jet,
     ball,
+    concatenate,
     hull,
     point,
     polar,
@@ -32,8 +33,6 @@ from glasshelm.certify.interval_arithmetic import (
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.env.observe import ANGLE_RAD, DISTANCE_M, FRAMES, LENGTH_M, SPEED_M_S, TIME_S
 
-#: The path from one frame's plot to the next is cut into so many parts.
-PARTS = 1
 #: What is nearer to a kink than this counts as on it: float32 may have lost so much.
 _NEAR_M, _NEAR_HOUR_S = 0.1, 1.0
 _DCPA = 2  # of the four numbers of a meeting
@@ -62,9 +61,9 @@ class FeatureJacobians:
 
 @dataclasses.dataclass(frozen=True)
 class _Stretches:
-    """Boxes of plots: around each frame, then around each part of the paths between them.
+    """Boxes of plots: around each frame, then around each path from one to the next.
 
-    ``way`` is the whole Δm of the path that a part belongs to, 0 for a frame.
+    ``way`` is Δm along a path, 0 for a frame.
     """
 
     midpoint: Float[np.ndarray, "*b stretch 6"]
@@ -78,11 +77,8 @@ class _Stretches:
 def _stretches(m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]) -> _Stretches:
     way = m[..., :-1, :] - m[..., 1:, :]
     way = np.where(_ANGLES, (way + np.pi) % (2 * np.pi) - np.pi, way)
-    share = ((np.arange(PARTS) + 0.5) / PARTS)[:, None]
-    midpoint = m[..., 1:, None, :] + share * way[..., None, :]
-    midpoint = midpoint.reshape(*m.shape[:-2], -1, 6)
-    way = np.repeat(way, PARTS, -2)
-    radius = np.abs(way) / (2 * PARTS) * (1 + 1e-9) + box[..., None, :]
+    midpoint = m[..., 1:, :] + 0.5 * way
+    radius = np.abs(way) / 2 * (1 + 1e-9) + box[..., None, :]
     whole = np.concatenate([m, midpoint], -2)
     boxes = np.broadcast_to(box[..., None, :], (*radius.shape[:-2], FRAMES, 6))
     whole, still = np.broadcast_arrays(whole, np.zeros(6))
@@ -281,8 +277,8 @@ def target_jacobians(
     )
     rows = _matrix([*observation[:3], *moving, observation[3]], like)
     unit = _UNITS[:, None]
-    value = Interval(*(np.concatenate(x, -2) for x in _pairs(rows.value, bent.value)))
-    rate = Interval(*(np.concatenate(x, -2) for x in _pairs(rows.rate, bent.rate)))
+    value = concatenate([rows.value, bent.value], -2)
+    rate = concatenate([rows.rate, bent.rate], -2)
     features = stack([dx, dy, bearing, *speeds, range_, *meeting])
     return _gathered(at, _over(value, unit), _over(rate, unit), _over(features, _UNITS), circle)
 
@@ -298,10 +294,6 @@ def waypoint_jacobians(
     unit = _UNITS[:3, None]
     features = _over(stack([dx, dy, bearing]), _UNITS[:3])
     return _gathered(at, _over(rows.value, unit), _over(rows.rate, unit), features, circle)
-
-
-def _pairs(a: Interval, b: Interval) -> tuple[tuple, tuple]:
-    return (a.low, b.low), (a.high, b.high)
 
 
 def _over(x: Interval, unit: np.ndarray) -> Interval:
@@ -370,25 +362,16 @@ def _bent(
 def _gathered(
     at: _Stretches, value: Interval, rate: Interval, features: Interval, circle: list[list]
 ) -> FeatureJacobians:
-    """Frames are boxes, steps the means over the parts of their paths."""
+    """Split into frames and the paths between them."""
     axis = at.midpoint.ndim - 2
     every = (slice(None),) * axis
-
-    def mean(x: Interval) -> Interval:
-        parts = (side[(*every, slice(FRAMES, None))] for side in (x.low, x.high))
-        return Interval(
-            *(
-                y.reshape(*y.shape[:axis], -1, PARTS, *y.shape[axis + 1 :]).mean(axis + 1)
-                for y in parts
-            )
-        )
-
     way = at.way[..., None, :]
     moved = where(way == 0, point(0.0), value * way)  # ∞·0 is 0 here: what does not move
     moved = Interval(moved.low.sum(-1), moved.high.sum(-1))
     frames, newest = (*every, slice(0, FRAMES)), (*every, slice(0, 1))
+    paths = (*every, slice(FRAMES, None))
     flat = [
         [None if x is None else Jet(x.value[newest], x.rate[newest]) for x in row] for row in circle
     ]
     sides = _matrix(flat, at.midpoint[..., 0][newest]).value[(*every, 0)]
-    return FeatureJacobians(value[frames], mean(rate), mean(moved), features[frames], sides)
+    return FeatureJacobians(value[frames], rate[paths], moved[paths], features[frames], sides)

@@ -149,6 +149,12 @@ def stack(parts: list[Interval], axis: int = -1) -> Interval:
     return Interval(np.stack([x.low for x in parts], axis), np.stack([x.high for x in parts], axis))
 
 
+def concatenate(parts: list[Interval], axis: int) -> Interval:
+    """Intervals joined along an axis."""
+    low, high = [x.low for x in parts], [x.high for x in parts]
+    return Interval(np.concatenate(low, axis), np.concatenate(high, axis))
+
+
 def polar(along: Interval, across: Interval) -> tuple[Interval, Interval]:
     """Length of a vector and its angle from the axis near which it points, any if it may not."""
     ahead = along.low > 0

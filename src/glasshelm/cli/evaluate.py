@@ -58,11 +58,11 @@ def run(
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     chosen = parse_contenders(pilots, ships)
     check_references(against, chosen)
-    hands = executor_named(workers, address)
+    executor = executor_named(workers, address)
     with locked_folder(out):
         with EvaluationProgress(console) as display:
             try:
-                found = evaluate(chosen, suite, out, command, encounters, hands, display.show)
+                found = evaluate(chosen, suite, out, command, encounters, executor, display.show)
             except KeyboardInterrupt:
                 console.say(
                     f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "

@@ -43,7 +43,7 @@ class Contender:
 
 
 def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
-    """The entrants of a command line.
+    """The contenders of a command line.
 
     Each is a pilot's name or file, or ``NAME=FILE,FILE,...`` for the training
     seeds of one pilot. A pilot that has a ship of its own is sailed on it, any
@@ -68,7 +68,7 @@ def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) 
 
 
 def check_references(against: Sequence[str], among: Sequence[Contender]) -> None:
-    """InputError if a name of ``against`` is neither of these entrants' nor of any pilot."""
+    """InputError if a name of ``against`` is neither of these contenders' nor of any pilot."""
     for name in against:
         if not any(e.name == name for e in among):
             try:

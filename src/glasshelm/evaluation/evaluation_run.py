@@ -1,4 +1,4 @@
-"""An examination from beginning to end: every entrant through every suite."""
+"""An evaluation from beginning to end: every contender through every suite."""
 
 import dataclasses
 import os
@@ -26,13 +26,13 @@ from glasshelm.evaluation.timing import DecisionTime, measure_decision_time
 from glasshelm.evaluation.types import Suite
 from glasshelm.pilots.protocols import OraclePilot
 
-#: Told of progress: what is being sailed, voyages done, voyages of all.
+#: Called with what is being simulated, voyages done and all voyages.
 Progress = Callable[[str, int, int], None]
 
 
 @dataclasses.dataclass(frozen=True)
 class RunInfo:
-    """What every table says of where its numbers come from."""
+    """Where the numbers of a table come from."""
 
     command: str
     machine: str
@@ -41,7 +41,7 @@ class RunInfo:
 
 @dataclasses.dataclass(frozen=True)
 class EvaluationResult:
-    """All results, in the order of suites, entrants, seeds; and the time of a decision."""
+    """All results, in the order of suites, contenders, seeds; and the time of a decision."""
 
     results: tuple[SuiteResult, ...]
     timings: tuple[DecisionTime, ...]
@@ -49,48 +49,60 @@ class EvaluationResult:
 
 
 def evaluate(
-    entrants: Sequence[Contender],
+    contenders: Sequence[Contender],
     suites: Sequence[str],
     out: Path,
     command: str,
     encounters: int | None = None,
-    workers: Executor = run_locally,
+    executor: Executor = run_locally,
     progress: Progress = lambda what, done, of: None,
 ) -> EvaluationResult:
-    """Sail every entrant through the named suites; chunks kept in ``out/chunks`` are not sailed
-    again.
+    """Evaluate every contender in the named suites.
 
-    All entrants on one ship meet the same encounters. InputError for an
-    unknown suite, or a pilot that gives no number.
+    Contenders on one ship meet the same encounters. Chunks stored in ``out/chunks`` are not
+    simulated again.
+
+    Args:
+        contenders: The pilots.
+        suites: Names of suites.
+        out: The folder of the results.
+        command: The command line that the tables cite.
+        encounters: The size of drawn suites; None: their own.
+        executor: What runs the jobs.
+        progress: Called as voyages are done.
+
+    Raises:
+        InputError: A suite is unknown, or a pilot gives a rudder that is not a number.
     """
     by_ship = {
-        entrant.ship_name: build_suites(suites, entrant.ship, encounters) for entrant in entrants
+        contender.ship_name: build_suites(suites, contender.ship, encounters)
+        for contender in contenders
     }
     jobs = [
         (suite, job)
-        for number, entrant in enumerate(entrants)
-        for suite in by_ship[entrant.ship_name]
-        for job in split_into_jobs(suite, number, entrant)
+        for number, contender in enumerate(contenders)
+        for suite in by_ship[contender.ship_name]
+        for job in split_into_jobs(suite, number, contender)
     ]
     total, so_far = sum(len(job.indices) for _, job in jobs), 0
     parts: dict[tuple[str, int, int], list[tuple[Job, Columns]]] = {}
     progress("", 0, total)
-    for job, found in run_jobs([job for _, job in jobs], ResultCache(out / "chunks"), workers):
+    for job, columns in run_jobs([job for _, job in jobs], ResultCache(out / "chunks"), executor):
         so_far += len(job.indices)
-        progress(f"{entrants[job.contender].name}, {job.suite}", so_far, total)
-        parts.setdefault((job.suite, job.contender, job.seed), []).append((job, found))
-    sailed = []
+        progress(f"{contenders[job.contender].name}, {job.suite}", so_far, total)
+        parts.setdefault((job.suite, job.contender, job.seed), []).append((job, columns))
+    results = []
     for place, _ in enumerate(next(iter(by_ship.values()))):
-        for number, entrant in enumerate(entrants):
-            suite = by_ship[entrant.ship_name][place]
-            for seed in range(len(entrant.pilots)):
-                sailed.append(assemble(suite, entrant, seed, parts[suite.name, number, seed]))
+        for number, contender in enumerate(contenders):
+            suite = by_ship[contender.ship_name][place]
+            for seed in range(len(contender.pilots)):
+                results.append(assemble(suite, contender, seed, parts[suite.name, number, seed]))
     timings = [
         measure_decision_time(e.name, e.ship_name, e.pilots[0], e.ship)
-        for e in entrants
+        for e in contenders
         if not isinstance(e.pilots[0], OraclePilot)
     ]
-    return EvaluationResult(tuple(sailed), tuple(timings), RunInfo(command, describe_machine()))
+    return EvaluationResult(tuple(results), tuple(timings), RunInfo(command, describe_machine()))
 
 
 def describe_machine() -> str:
@@ -107,12 +119,12 @@ def describe_machine() -> str:
 
 
 def suites_of(examined: EvaluationResult) -> list[Suite]:
-    """The suites that were sailed, one of each name."""
+    """The suites of an evaluation, one of each name."""
     return list({s.suite.name: s.suite for s in examined.results}.values())
 
 
 def results_by_contender(examined: EvaluationResult, name: str) -> list[list[SuiteResult]]:
-    """The results of one suite: a list of seeds for every entrant."""
+    """The results of one suite: a list of seeds for each contender."""
     by_entrant: dict[tuple[str, str], list[SuiteResult]] = {}
     for one in examined.results:
         if one.suite.name == name:
@@ -122,5 +134,5 @@ def results_by_contender(examined: EvaluationResult, name: str) -> list[list[Sui
 
 
 def stack_seeds(seeds: Sequence[SuiteResult], column: str) -> np.ndarray:
-    """A column of all seeds of an entrant: [seeds, encounters]."""
+    """A column of all seeds of an contender: [seeds, encounters]."""
     return np.stack([one.columns[column] for one in seeds])

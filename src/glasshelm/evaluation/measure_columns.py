@@ -17,7 +17,7 @@ from glasshelm.simulation.rollout import SETTINGS
 
 @dataclasses.dataclass(frozen=True)
 class SuiteResult:
-    """A suite sailed by one seed of an entrant: columns by name, in the suite's order.
+    """A suite sailed by one seed of an contender: columns by name, in the suite's order.
 
     ``meetings`` has one row a target with which there was risk of collision;
     its ``case`` is the row of the encounter.
@@ -35,7 +35,7 @@ class SuiteResult:
 
 
 def assemble(
-    suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, Columns]]
+    suite: Suite, contender: Contender, seed: int, parts: list[tuple[Job, Columns]]
 ) -> SuiteResult:
     """The parts of one seed put together. InputError if the pilot gave no number somewhere."""
     order = np.concatenate([job.indices for job, _ in parts])
@@ -44,9 +44,10 @@ def assemble(
     if not found["finite"].all():
         label = suite.labels[int(np.argmin(found["finite"]))]
         raise InputError(
-            f"pilot {entrant.name!r} gave a rudder that is no number, first in {suite.name} {label}"
+            f"pilot {contender.name!r} gave a rudder that is no number, "
+            f"first in {suite.name} {label}"
         )
-    return SuiteResult(suite, entrant, seed, _columns(suite, found), _meetings(found))
+    return SuiteResult(suite, contender, seed, _columns(suite, found), _meetings(found))
 
 
 def _columns(suite: Suite, found: Mapping[str, np.ndarray]) -> Columns:

@@ -32,17 +32,17 @@ def markdown_report(examined: EvaluationResult, against: Sequence[str]) -> str:
     """All tables of an examination; ``against`` names the pilots that others are compared with."""
     parts = ["# Examination", _methods(), overview(examined)]
     for suite in suites_of(examined):
-        entrants = results_by_contender(examined, suite.name)
+        contenders = results_by_contender(examined, suite.name)
         parts.append(f"## {markdown_text(suite.name)}\n\n{markdown_text(suite.note)}.")
-        parts.append(_table("Safety", _SAFETY, entrants, examined))
+        parts.append(_table("Safety", _SAFETY, contenders, examined))
         if suite.size <= 100:
-            parts.append(_cases_table(suite, entrants, examined))
-        counts = np.unique(entrants[0][0].columns["ships"])
+            parts.append(_cases_table(suite, contenders, examined))
+        counts = np.unique(contenders[0][0].columns["ships"])
         if suite.size > 100 and len(counts) > 1:
-            parts.append(_by_ships(counts, entrants, examined))
-        parts.append(_ratios(entrants, against, examined))
-        parts.append(_table("Way and helm", _WAY, entrants, examined))
-        parts.append(_rules(entrants, examined))
+            parts.append(_by_ships(counts, contenders, examined))
+        parts.append(_ratios(contenders, against, examined))
+        parts.append(_table("Way and helm", _WAY, contenders, examined))
+        parts.append(_rules(contenders, examined))
     parts.append(_timings(examined))
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -99,12 +99,12 @@ def _methods() -> str:
     )
 
 
-def caption(what: str, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
+def caption(what: str, contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
     """What a table shows, of how much, by which weights, on which machine, by which command."""
-    sizes = {f"{seeds[0].suite.size:,} encounters × {_seeds(seeds)}" for seeds in entrants}
+    sizes = {f"{seeds[0].suite.size:,} encounters × {_seeds(seeds)}" for seeds in contenders}
     source = examined.run_info
     return (
-        f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(entrants)}. "
+        f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(contenders)}. "
         f"{source.machine}; glasshelm {source.version}. {markdown_code(source.command)}"
     )
 
@@ -113,9 +113,9 @@ def _seeds(seeds: Seeds) -> str:
     return f"{len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
 
 
-def _weights(entrants: Sequence[Seeds]) -> str:
+def _weights(contenders: Sequence[Seeds]) -> str:
     told = []
-    for seeds in entrants:
+    for seeds in contenders:
         hashes = [f"`{one.weights}`" for one in seeds if one.weights]
         if hashes:
             told.append(f"{markdown_text(seeds[0].contender.name)} {', '.join(hashes)}")
@@ -126,8 +126,8 @@ PILOT = "pilot", "ship"
 
 
 def label(seeds: Seeds) -> tuple[str, str]:
-    entrant = seeds[0].contender
-    return entrant.name, entrant.ship_name
+    contender = seeds[0].contender
+    return contender.name, contender.ship_name
 
 
 def _rate(column: str):
@@ -198,13 +198,15 @@ _WAY = {
 }
 
 
-def _table(what: str, columns: dict, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _table(
+    what: str, columns: dict, contenders: Sequence[Seeds], examined: EvaluationResult
+) -> str:
     header = [*PILOT, *columns]
-    rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in entrants]
-    return f"{caption(what, entrants, examined)}\n\n{markdown_table(header, rows)}"
+    rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in contenders]
+    return f"{caption(what, contenders, examined)}\n\n{markdown_table(header, rows)}"
 
 
-def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _by_ships(counts: np.ndarray, contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
     parts = []
     for what, column in (("Collisions", "collided"), ("Intrusions", "intruded")):
         header = [*PILOT, *(f"{n} ship{'' if n == 1 else 's'}" for n in counts)]
@@ -218,14 +220,14 @@ def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Evaluatio
                     for n in counts
                 ),
             ]
-            for seeds in entrants
+            for seeds in contenders
         ]
-        told = caption(f"{what} by number of ships", entrants, examined)
+        told = caption(f"{what} by number of ships", contenders, examined)
         parts.append(f"{told}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
-def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _cases_table(suite: Suite, contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
     """Which of a few named cases went wrong."""
 
     def named(seeds: Seeds, column: str, depth: bool) -> str:
@@ -242,20 +244,20 @@ def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: EvaluationRe
 
     rows = [
         [*label(seeds), named(seeds, "collided", False), named(seeds, "intruded", True)]
-        for seeds in entrants
+        for seeds in contenders
     ]
-    told = caption("Cases (depth of Eq. 13); seeds apart by semicolons", entrants, examined)
+    told = caption("Cases (depth of Eq. 13); seeds apart by semicolons", contenders, examined)
     table = markdown_table([*PILOT, "collided", "intruded"], rows)
     return f"{told}\n\n{table}"
 
 
-def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: EvaluationResult) -> str:
+def _ratios(contenders: Sequence[Seeds], against: Sequence[str], examined: EvaluationResult) -> str:
     """Risk ratios against the reference pilots that were examined on the same ship."""
     parts = []
     for name in against:
-        theirs = {s[0].contender.ship_name: s for s in entrants if s[0].contender.name == name}
+        theirs = {s[0].contender.ship_name: s for s in contenders if s[0].contender.name == name}
         rows = []
-        for seeds in entrants:
+        for seeds in contenders:
             reference = theirs.get(seeds[0].contender.ship_name)
             if reference is None or reference is seeds:
                 continue
@@ -266,7 +268,9 @@ def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Evaluat
             rows.append(cells)
         if rows:
             header = [*PILOT, "collisions", "domain intrusions", "within 0.5 NM"]
-            told = caption(f"Risk ratio against {markdown_text(name)}, paired", entrants, examined)
+            told = caption(
+                f"Risk ratio against {markdown_text(name)}, paired", contenders, examined
+            )
             parts.append(f"{told}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
@@ -277,12 +281,12 @@ def _ratio(found: ConfidenceInterval | None) -> str:
     return f"{found.value:.4f} [{found.low:.4f}, {found.high:.4f}]"
 
 
-def _rules(entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _rules(contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
     """One table a kind of meeting: the share of meetings in which each thing was done."""
     parts = []
     for kind, judgements in CRITERIA.items():
         rows = []
-        for seeds in entrants:
+        for seeds in contenders:
             cells = [*label(seeds)]
             for alone in (False, True):
                 # The first seed's only: meetings differ from seed to seed.
@@ -295,7 +299,7 @@ def _rules(entrants: Sequence[Seeds], examined: EvaluationResult) -> str:
             rows.append(cells)
         if all(row[2] == "0" for row in rows):
             continue
-        told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", entrants, examined)
+        told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", contenders, examined)
         both = ["meetings", *judgements, "alone: meetings", *judgements]
         parts.append(f"{told} {_UNTAUGHT}\n\n{markdown_table(['pilot | ship', *both], rows)}")
     return "\n\n".join(parts)
