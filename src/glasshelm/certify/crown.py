@@ -22,7 +22,7 @@ from glasshelm.networks.mlp import LEAK, Mlp
 
 #: What float32 may lose in the sums of one network, of the values' size or of 1.
 ROUNDING = 2e-6
-#: By how much lines are turned, step by step; the last only asks.
+#: Steps of the slopes; the last one only evaluates.
 SLOPE_STEPS = np.append(np.geomspace(0.4, 0.03, 8), 0.0).astype(np.float32)
 
 
@@ -102,16 +102,16 @@ def rudder_bounds(
         encoders: tuple[list[LinearRelaxation], list[LinearRelaxation]], rows: Array, shift: Array
     ) -> LinearBound:
         """Rows on the sum of the encoders' outputs."""
-        ahead, around = encoders
+        of_waypoint, of_targets = encoders
         depth = len(actor.encode_waypoint.weights)
-        wp_rows, wp_shift = _through(actor.encode_waypoint, depth, ahead, rows)
+        wp_rows, wp_shift = _through(actor.encode_waypoint, depth, of_waypoint, rows)
         slope, start = _on_form(wp_rows, wp_shift, waypoint)
 
         def ship(lines: list[LinearRelaxation], form: AffineForm) -> tuple[Array, Array]:
             depth = len(actor.encode_target.weights)
             return _on_form(*_through(actor.encode_target, depth, lines, rows), form)
 
-        slopes, shifts = jax.vmap(ship)(around, targets)
+        slopes, shifts = jax.vmap(ship)(of_targets, targets)
         slopes = jnp.where(present[:, None, None], slopes, 0.0)
         shifts = jnp.where(present[:, None], shifts, 0.0)
         own = slope[:, :N_OWN_ERRORS] + slopes[..., :N_OWN_ERRORS].sum(0)
@@ -135,19 +135,21 @@ def rudder_bounds(
         head.append(relax_leaky_relu(*_ends(at_sum(encoders, rows, shift).minimum)))
 
     def bound(row: Array) -> LinearBound:
-        def ask(lines: tuple) -> LinearBound:
+        def lower_bound(lines: tuple) -> LinearBound:
             encoders, head = lines
             return at_sum(encoders, *behind_sum(head, len(actor.head.weights), row[None]))
 
-        return ask(_turned(lambda lines: ask(lines).minimum[0], (encoders, head)))
+        return lower_bound(
+            _optimised(lambda lines: lower_bound(lines).minimum[0], (encoders, head))
+        )
 
     both = jax.vmap(bound)(_both_ways(1))
     low, high = (jax.tree.map(lambda x, i=i: x[i], both) for i in (0, 1))
     return low, high
 
 
-def _turned(least: Callable[[tuple], Array], lines: tuple) -> tuple:
-    """LinearRelaxation turned to make the bound as good as a few steps along its gradient do.
+def _optimised(least: Callable[[tuple], Array], lines: tuple) -> tuple:
+    """LinearRelaxation moved to make the bound as good as a few steps along its gradient do.
 
     Below a leaky ReLU that bends, every line through 0 with a slope between its two arms will
     do (Xu et al. 2021).
@@ -160,14 +162,14 @@ def _turned(least: Callable[[tuple], Array], lines: tuple) -> tuple:
 
     def turn(state: tuple[tuple, tuple, Array], step: Array) -> tuple[tuple, None]:
         lines, best, most = state
-        found, rise = jax.value_and_grad(least)(lines)
-        better = found > most
+        value, gradient = jax.value_and_grad(least)(lines)
+        better = value > most
         best = jax.tree.map(lambda x, y: jnp.where(better, x, y), lines, best)
-        turned = [
+        moved = [
             jnp.where(bend, jnp.clip(slope + step * jnp.sign(jnp.nan_to_num(up)), LEAK, 1.0), slope)
-            for bend, slope, up in zip(bends, slopes(lines), slopes(rise), strict=True)
+            for bend, slope, up in zip(bends, slopes(lines), slopes(gradient), strict=True)
         ]
-        return (eqx.tree_at(slopes, lines, turned), best, jnp.where(better, found, most)), None
+        return (eqx.tree_at(slopes, lines, moved), best, jnp.where(better, value, most)), None
 
     start = (lines, lines, jnp.array(-jnp.inf))
     return jax.lax.scan(turn, start, jnp.asarray(SLOPE_STEPS))[0][1]

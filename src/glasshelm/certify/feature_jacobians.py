@@ -122,15 +122,15 @@ class _Place:
 def _sway(numbers: list, x) -> list:
     """w(x), of intervals or of jets: the velocity's derivatives in (h, own, c, s), along x."""
     h, own, c, s = numbers
-    mine, hers = x - h, x - c
-    return [-(own * mine.sine()), -mine.cosine(), s * hers.sine(), hers.cosine()]
+    mine, theirs = x - h, x - c
+    return [-(own * mine.sine()), -mine.cosine(), s * theirs.sine(), theirs.cosine()]
 
 
 def _towards(numbers: list[Jet], x: np.ndarray) -> tuple[Interval, Interval]:
     """The relative velocity along a direction and across, to starboard of it."""
     h, own, c, s = (jet.value for jet in numbers)
-    mine, hers = h - x, c - x
-    return s * hers.cosine() - own * mine.cosine(), s * hers.sine() - own * mine.sine()
+    mine, theirs = h - x, c - x
+    return s * theirs.cosine() - own * mine.cosine(), s * theirs.sine() - own * mine.sine()
 
 
 def _total(parts: list[Interval], way: np.ndarray) -> Interval:
@@ -184,8 +184,8 @@ def _later(at: _Stretches, place: _Place, numbers: list[Jet], time: np.ndarray) 
 
 def _matrix(rows: list[list[Jet | None]], like: np.ndarray) -> Jet:
     """Rows of jets as one [..., rows, 6]; None is 0."""
-    nought = point(np.zeros_like(like))
-    flat = [[Jet(nought, nought) if x is None else x for x in row] for row in rows]
+    zero = point(np.zeros_like(like))
+    flat = [[Jet(zero, zero) if x is None else x for x in row] for row in rows]
     return Jet(
         stack([stack([x.value for x in row]) for row in flat], -2),
         stack([stack([x.rate for x in row]) for row in flat], -2),
@@ -352,11 +352,11 @@ def _bent(
     farthest = range_.high
     limits = [(-farthest, farthest)] * 2 + [(0.0 * farthest, farthest)]
     limits.append((-CPA_HORIZON_S + 0.0 * farthest, CPA_HORIZON_S + 0.0 * farthest))
-    found = []
+    limited = []
     for (a, b), limit in zip(values, limits, strict=True):
         wide = Interval(*limit)
-        found.append(choose(a, b, where(astride, wide, hull(a, b))).within(*limit))
-    return Jet(whole, rate), found
+        limited.append(choose(a, b, where(astride, wide, hull(a, b))).within(*limit))
+    return Jet(whole, rate), limited
 
 
 def _gathered(

@@ -57,10 +57,10 @@ def waypoint_inputs(
 ) -> AffineForm:
     """The waypoint encoder's inputs as forms [..., d] in own ship's errors, of radii ``own``."""
     target = np.zeros_like(own)
-    found = waypoint_jacobians(_shells(plots), _boxes(own, target))
-    observation = _seen(plots)[..., : found.frames.low.shape[-2]]
+    jacobians = waypoint_jacobians(_shells(plots), _boxes(own, target))
+    observation = _features(plots)[..., : jacobians.frames.low.shape[-2]]
     rounding = _ROUNDING * np.maximum(1.0, np.abs(observation))
-    return _inputs(lens, found, observation, rounding, own, target)
+    return _inputs(lens, jacobians, observation, rounding, own, target)
 
 
 def target_inputs(
@@ -69,13 +69,13 @@ def target_inputs(
     own: Float[np.ndarray, "*b 4"],
     target: Float[np.ndarray, "*b 4"],
 ) -> AffineForm:
-    """The target encoder's inputs, as forms [..., d] in own ship's and her errors."""
+    """The target encoder's inputs, as forms [..., d] in own ship's and the target's errors."""
     with np.errstate(all="ignore"):  # what is not a number could be any
-        found = target_jacobians(_shells(plots), _boxes(own, target))
-    observation = _seen(plots)
+        jacobians = target_jacobians(_shells(plots), _boxes(own, target))
+    observation = _features(plots)
     rounding = _ROUNDING * np.maximum(1.0, np.abs(observation))
     rounding[..., _CPA_X:] += _lost_in_cpa(plots)
-    return _inputs(lens, found, observation, rounding, own, target)
+    return _inputs(lens, jacobians, observation, rounding, own, target)
 
 
 def _lost_in_cpa(m: np.ndarray) -> np.ndarray:
@@ -110,7 +110,7 @@ def _relative_velocity(m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _seen(m: np.ndarray) -> np.ndarray:
+def _features(m: np.ndarray) -> np.ndarray:
     """Eq. 11 in double precision; its first three columns are Eq. 10."""
     e, n, h = m[..., 0], m[..., 1], m[..., 2]
     sine, cosine = np.sin(h), np.cos(h)
@@ -139,7 +139,7 @@ def _seen(m: np.ndarray) -> np.ndarray:
 
 def _inputs(
     lens: Lens,
-    found: FeatureJacobians,
+    jacobians: FeatureJacobians,
     observation: np.ndarray,
     rounding: np.ndarray,
     own: np.ndarray,
@@ -147,8 +147,8 @@ def _inputs(
 ) -> AffineForm:
     """The inputs of a network through its lens (networks/lens.py)."""
     widest = -1  # the shell that is the whole box
-    frames = _form(observation, found.frames, own, target, rounding)
-    frames = _limited(frames, found.values[widest], rounding, skip=_BEARING)
+    frames = _form(observation, jacobians.frames, own, target, rounding)
+    frames = _limited(frames, jacobians.values[widest], rounding, skip=_BEARING)
     frames = _round_the_compass(frames)
     if lens == "flat":
         lead = observation.ndim - 2
@@ -159,15 +159,15 @@ def _inputs(
         newer.centre - older.centre, newer.slope - older.slope, newer.slack + older.slack
     )
     change = np.diff(observation, axis=-2) * -1.0
-    steps = _narrowest(_form(change, found.steps, own, target, 0.0), difference)
-    steps = _limited(steps, found.change[widest], 0.0, skip=_BEARING)
+    steps = _narrowest(_form(change, jacobians.steps, own, target, 0.0), difference)
+    steps = _limited(steps, jacobians.change[widest], 0.0, skip=_BEARING)
     # Differences of bearings are taken the short way round.
     steps.centre[..., _BEARING] = (steps.centre[..., _BEARING] + 1.0) % 2.0 - 1.0
     steps = _round_the_compass(steps)
     lost = rounding[..., :-1, :] + rounding[..., 1:, :]
     flat = (*observation.shape[:-2], -1)
     now = frames.at(*lead, 0)
-    slope, slack = _linear(found.circle, own, target)
+    slope, slack = _linear(jacobians.circle, own, target)
     angle = np.pi * observation[..., 0, _BEARING]
     sides = AffineForm(np.stack([np.sin(angle), np.cos(angle)], -1), slope, slack + 2 * _ROUNDING)
     parts = [
@@ -246,7 +246,7 @@ def _narrowest(a: AffineForm, b: AffineForm) -> AffineForm:
 
 
 def _round_the_compass(form: AffineForm) -> AffineForm:
-    """Bearings whose form crosses ±180° can be any."""
+    """Bearings whose form crosses ±180° are unbounded."""
     whole = ~(np.abs(form.centre) + form.radius < 1.0)
     whole &= np.arange(form.centre.shape[-1]) == _BEARING
     return AffineForm(

@@ -74,20 +74,20 @@ class Interval:
         """Never negative."""
         a, b = self.low * self.low, self.high * self.high
         least = np.where((self.low <= 0) & (self.high >= 0), 0.0, np.minimum(a, b))
-        found = _out(least, np.maximum(a, b))
-        return Interval(np.maximum(found.low, 0.0), found.high)
+        wide = _out(least, np.maximum(a, b))
+        return Interval(np.maximum(wide.low, 0.0), wide.high)
 
     def root(self) -> "Interval":
         """Of what is not negative."""
-        found = _out(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0)))
-        return Interval(np.maximum(found.low, 0.0), found.high)
+        wide = _out(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0)))
+        return Interval(np.maximum(wide.low, 0.0), wide.high)
 
     def reciprocal(self) -> "Interval":
         """Everything where it may be 0."""
         safe = (self.low > 0) | (self.high < 0)
         low, high = np.where(safe, self.low, 1.0), np.where(safe, self.high, 1.0)
-        found = _out(1.0 / high, 1.0 / low)
-        return Interval(np.where(safe, found.low, -np.inf), np.where(safe, found.high, np.inf))
+        wide = _out(1.0 / high, 1.0 / low)
+        return Interval(np.where(safe, wide.low, -np.inf), np.where(safe, wide.high, np.inf))
 
     def cosine(self) -> "Interval":
         """Monotone between whole half turns; 1 or −1 where such a one lies inside."""
@@ -160,8 +160,8 @@ def polar(along: Interval, across: Interval) -> tuple[Interval, Interval]:
     ahead = along.low > 0
     low = np.arctan2(across.low, np.where(across.low < 0, along.low, along.high))
     high = np.arctan2(across.high, np.where(across.high > 0, along.low, along.high))
-    found = _out(low - 1e-15, high + 1e-15)
-    turn = Interval(np.where(ahead, found.low, -math.pi), np.where(ahead, found.high, math.pi))
+    wide = _out(low - 1e-15, high + 1e-15)
+    turn = Interval(np.where(ahead, wide.low, -math.pi), np.where(ahead, wide.high, math.pi))
     return (along.square() + across.square()).root(), turn
 
 

@@ -40,7 +40,7 @@ Plots = Float[np.ndarray, "frames 6"]
 def plots_from_frames(frames: Sequence[Frame]) -> RawPlots:
     """The plots behind the last of these frames, as the pilot remembered them (Eq. 12).
 
-    Of the ships that it was shown: of each as far back as she was there without a gap.
+    Of the targets that it was shown, each as far back as it was there without a gap.
     """
     last = len(frames) - 1
     observation = [frames[last]]
@@ -65,8 +65,8 @@ def _remembered(rows: list[list[float] | None]) -> Plots:
 
 
 def _target_plot(frame: Frame, id: str) -> list[float] | None:
-    found = next((t for t in frame.targets if t.id == id and not t.lost), None)
-    return None if found is None else _plot(frame, found, found.course_rad, found.speed_m_s)
+    target = next((t for t in frame.targets if t.id == id and not t.lost), None)
+    return None if target is None else _plot(frame, target, target.course_rad, target.speed_m_s)
 
 
 def _plot(

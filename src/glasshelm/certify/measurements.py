@@ -45,7 +45,7 @@ class SensorErrors(eqx.Module):
 
 
 class RawPlots(eqx.Module):
-    """Plots over five frames, newest first; a waypoint's course and speed mean nothing.
+    """Plots over five frames, newest first; a waypoint's course and speed mean still.
 
     A plot is (east, north) from own ship [m], own heading [rad] and speed [m/s] at that
     moment, the target's course [rad] and speed [m/s].
@@ -57,7 +57,7 @@ class RawPlots(eqx.Module):
 
 
 def observe_plots(scene: RawPlots) -> Observation:
-    """What the pilot sees of a scene, by the code that she sails with (Eq. 10-12)."""
+    """What the pilot observes of a scene, by the code of the environment (Eq. 10-12)."""
     observation = jax.vmap(lambda plot: _seen(plot[None])[0])(scene.waypoint)
     targets = jax.vmap(lambda row: _seen(row)[1])(scene.targets)
     return Observation(
@@ -66,11 +66,11 @@ def observe_plots(scene: RawPlots) -> Observation:
 
 
 def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k 10"]]:
-    """The rows of plots, each seen from own ship as she then was: the first as a waypoint too."""
+    """The rows of plots, each seen from own ship as it then was: the first as a waypoint too."""
 
     def one(p: Float[Array, "6"]) -> tuple[Array, Array]:
-        nought = jnp.zeros_like(p[0])
-        own = ShipState(nought, nought, p[2], nought, nought, p[3])
+        zero = jnp.zeros_like(p[0])
+        own = ShipState(zero, zero, p[2], zero, zero, p[3])
         motion = Motion(p[0:1], p[1:2], p[4:5], p[5:6], p[0:1] * 0, jnp.ones(1, bool))
         sight = observe(own, Vector(p[0], p[1]), motion, motion.present)
         return sight.waypoint, sight.targets[0]
@@ -84,7 +84,7 @@ def with_errors(scene: RawPlots, own: Float[Array, "4"], target: Float[Array, "n
 
     An own ship shown too far east sees everything too far west.
     """
-    nothing = jnp.zeros(2)
-    mine = jnp.concatenate([-own[:2], own[2:], nothing])
+    still = jnp.zeros(2)
+    mine = jnp.concatenate([-own[:2], own[2:], still])
     theirs = jnp.concatenate([target[:, :2], jnp.zeros_like(target[:, :2]), target[:, 2:]], -1)
     return RawPlots(scene.waypoint + mine, scene.targets + mine + theirs[:, None], scene.present)

@@ -30,7 +30,7 @@ DEAD_ZONE_RAD = 0.25 * np.pi / 180.0
 ROUNDING = 2e-5
 #: So many cells of many scenes go through the network at a time, and of one scene alone.
 CHUNK, SINGLE_SCENE_CHUNK = 16, 4
-#: A ship for slots that nobody is in: her bounds are not used.
+#: Stands in for the target of an empty slot; its bounds are not used.
 _HARMLESS = np.array([3000.0, 4000.0, 0.0, 5.0, 3.0, 5.0])
 
 
@@ -87,7 +87,7 @@ def certified_band(
 
 
 def require_sum_actor(pilot: Pilot) -> SumActor:
-    """Her actor. InputError if she has none or it is not a sum."""
+    """The pilot's actor. InputError if it has none or it is not a sum."""
     if isinstance(pilot, GuardedPilot):
         raise InputError(f"{pilot.name} is guarded; only {pilot.pilot.name} alone can be certified")
     if not isinstance(pilot, LearnedPilot):
@@ -107,17 +107,17 @@ def action_bounds(
     cover = [[cell] for cell in bounded([_whole(i, size) for i in range(count)])]
     # Two cells are halved at most at a time: the lowest and the highest.
     for _ in range((cells - 1) // 4):
-        found: list[_Cell] = []
+        halved: list[_Cell] = []
         for mine in cover:
             lowest, highest = (
                 min(mine, key=lambda cell: cell.low), max(mine, key=lambda cell: cell.high)
             )  # fmt: skip
             mine.remove(lowest)
-            found += lowest.halves(lowest.axes[0])
+            halved += lowest.halves(lowest.axes[0])
             if highest is not lowest:
                 mine.remove(highest)
-                found += highest.halves(highest.axes[1])
-        for cell in bounded(found):
+                halved += highest.halves(highest.axes[1])
+        for cell in bounded(halved):
             cover[cell.scene].append(cell)
     low = np.array([min(cell.low for cell in mine) for mine in cover])
     return low, np.array([max(cell.high for cell in mine) for mine in cover])
@@ -148,7 +148,7 @@ def _bounded(
 ) -> list[_Cell]:
     """Cells with their bounds."""
     chunk = CHUNK if len(scenes.present) > 1 else SINGLE_SCENE_CHUNK
-    found = []
+    result = []
     for start in range(0, len(cells), chunk):
         some = cells[start : start + chunk]
         filled = some + [some[-1]] * (chunk - len(some))
@@ -159,7 +159,7 @@ def _bounded(
         waypoint, targets = _forms(actor, scenes, which, centres, radii)
         bounds = _through_network(actor, waypoint, targets, jnp.asarray(scenes.present[which]))
         for cell, low, high, *axes in zip(some, *map(np.asarray, bounds), strict=False):
-            found.append(
+            result.append(
                 dataclasses.replace(
                     cell,
                     low=max(cell.low, float(low)),
@@ -167,25 +167,25 @@ def _bounded(
                     axes=(int(axes[0]), int(axes[1])),
                 )
             )
-    return found
+    return result
 
 
 def _forms(
     actor: SumActor, scenes: _Plots, which: np.ndarray, centres: np.ndarray, radii: np.ndarray
 ) -> tuple[AffineForm, AffineForm]:
-    """The networks' inputs [cell, d] and [cell, slot, d]; only ships that are there are asked."""
+    """The networks' inputs [cell, d] and [cell, slot, d], of present targets only."""
     count, slots = scenes.present[which].shape
     own, target = (
         centres[:, :N_OWN_ERRORS],
         centres[:, N_OWN_ERRORS:].reshape(count, slots, N_TARGET_ERRORS),
     )
-    nothing = np.zeros_like(own[:, :2])
+    still = np.zeros_like(own[:, :2])
     # An own ship shown too far east sees everything too far west.
-    mine = np.concatenate([-own[:, :2], own[:, 2:], nothing], -1)[:, None]
+    mine = np.concatenate([-own[:, :2], own[:, 2:], still], -1)[:, None]
     theirs = np.concatenate([target[..., :2], 0 * target[..., :2], target[..., 2:]], -1)
     ahead = waypoint_inputs(actor.lens, scenes.waypoint[which] + mine, radii[:, :N_OWN_ERRORS])
     cell, slot = np.nonzero(scenes.present[which])
-    if not cell.size:  # where nobody is, one is asked all the same: her row is not used
+    if not cell.size:  # without targets one is computed all the same; its row is not used
         cell = slot = np.zeros(1, int)
     plots = scenes.targets[which[cell], slot] + mine[cell] + theirs[cell, slot][:, None]
     spread = radii[:, N_OWN_ERRORS:].reshape(count, slots, N_TARGET_ERRORS)

@@ -36,7 +36,7 @@ SUBSTANTIAL_RAD = math.radians(30.0)
 #: Early (Rules 8(a), 16): altered while at least this much of the way from first risk to the
 #: closest approach, in range, was still left.
 EARLY_FRACTION = 0.5
-#: The stand-on ship must hold on until she may act herself (Rule 17(a)(ii)): taken as 3 NM.
+#: The stand-on ship must hold on until it may act itself (Rule 17(a)(ii)): taken as 3 NM.
 MAY_ACT_M = 3 * NAUTICAL_MILE_M
 
 
@@ -49,7 +49,7 @@ class MeetingFacts(eqx.Module):
     TCPA at the first alteration of ten degrees, ``act_side`` its side (1 starboard,
     −1 port, 0 none). ``nearest_m`` is the least range since, ``nearest_bearing_rad`` the
     target's bearing then. ``ahead_m`` is how far ahead of the target's
-    middle own ship crossed her course line (negative: astern), 0 if she did not.
+    middle own ship crossed its course line (negative: astern), 0 if it did not.
     """
 
     kind: Int[Array, "*n"]
@@ -105,7 +105,7 @@ class MeetingFacts(eqx.Module):
         open_ = met & ~self.past
         acts = open_ & (self.act_side == 0) & (jnp.abs(turned) >= ALTERATION_RAD)
         nearer = met & (range_m < self.nearest_m)
-        # Her course line is crossed where own ship changes sides of it, once risk exists.
+        # Its course line is crossed where own ship changes sides of it, once risk exists.
         crosses = met & ~first & (self.across_m * from_them.x < 0) & (self.ahead_m == 0)
         crosses &= range_m <= VISIBILITY_M
         return MeetingFacts(
@@ -169,12 +169,12 @@ def passed_clear(facts: Facts) -> Judged:
 
 
 def stood_on_to_3_nm(facts: Facts) -> Judged:
-    """Kept her course to 10 degrees, at least until 3 NM off."""
+    """Kept its course to 10 degrees, at least until 3 NM off."""
     return (facts["act_side"] == 0) | (facts["act_range_m"] <= MAY_ACT_M)
 
 
 def stood_on(facts: Facts) -> Judged:
-    """Kept her course to 10 degrees until the closest approach was past."""
+    """Kept its course to 10 degrees until the closest approach was past."""
     return np.maximum(facts["starboard_rad"], facts["port_rad"]) < ALTERATION_RAD
 
 

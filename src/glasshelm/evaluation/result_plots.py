@@ -83,9 +83,9 @@ def rates_by_ships(contenders: Sequence[Seeds]) -> Figure:
     ):
         for seeds, look, aside in zip(contenders, looks, spread, strict=True):
             of_ships = seeds[0].columns["ships"]
-            found = [rate_interval(stack_seeds(seeds, column)[:, of_ships == n]) for n in counts]
-            value = np.array([f.value for f in found])
-            error = np.array([[f.value - f.low, f.high - f.value] for f in found]).T
+            rates = [rate_interval(stack_seeds(seeds, column)[:, of_ships == n]) for n in counts]
+            value = np.array([f.value for f in rates])
+            error = np.array([[f.value - f.low, f.high - f.value] for f in rates]).T
             ax.errorbar(
                 counts + aside, value, yerr=np.maximum(error, 0), color=look.colour,
                 marker=look.marker, ms=4.5, mec="white", mew=0.5, lw=0.9, elinewidth=0.9,
@@ -157,7 +157,7 @@ def worst_voyages(one: SuiteResult) -> Figure:
     name, ship_name = name_of(one.contender.name), one.contender.ship_name
     figure.suptitle(
         f"{name} on {ship_name}, {one.suite.name}: the {len(which)} worst of "
-        f"{one.suite.size:,} encounters (own ship black, minutes beside her track)",
+        f"{one.suite.size:,} encounters (own ship black, minutes beside its track)",
         fontsize=9, color=INK, x=0.005, ha="left",
     )  # fmt: skip
     return figure

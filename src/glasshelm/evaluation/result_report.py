@@ -47,7 +47,7 @@ def markdown_report(examined: EvaluationResult, against: Sequence[str]) -> str:
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-#: What is told of every suite, and the column that it is the rate of.
+#: The rates of the overview, and their columns.
 SUMMARY_RATES = {
     "Collisions": "collided",
     "Domain intrusions": "intruded",
@@ -114,12 +114,12 @@ def _seeds(seeds: Seeds) -> str:
 
 
 def _weights(contenders: Sequence[Seeds]) -> str:
-    told = []
+    text = []
     for seeds in contenders:
         hashes = [f"`{one.weights}`" for one in seeds if one.weights]
         if hashes:
-            told.append(f"{markdown_text(seeds[0].contender.name)} {', '.join(hashes)}")
-    return "; ".join(told) or "none has any"
+            text.append(f"{markdown_text(seeds[0].contender.name)} {', '.join(hashes)}")
+    return "; ".join(text) or "none has any"
 
 
 PILOT = "pilot", "ship"
@@ -133,11 +133,11 @@ def label(seeds: Seeds) -> tuple[str, str]:
 def _rate(column: str):
     def cell(seeds: Seeds) -> str:
         events = stack_seeds(seeds, column)
-        told = percent(rate_interval(events))
+        text = percent(rate_interval(events))
         if len(seeds) > 1:
             worst = max(int(row.sum()) for row in events)
-            told += f", worst seed {percent(clopper_pearson(worst, events.shape[1]))}"
-        return told
+            text += f", worst seed {percent(clopper_pearson(worst, events.shape[1]))}"
+        return text
 
     return cell
 
@@ -155,8 +155,8 @@ def _number(column: str, how, form: str, met: bool = False):
 def _iqm(column: str):
     def cell(seeds: Seeds) -> str:
         values = stack_seeds(seeds, column).astype(np.float64)
-        found = bootstrap(values, seeds[0].columns["ships"], interquartile_mean)
-        return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
+        interval = bootstrap(values, seeds[0].columns["ships"], interquartile_mean)
+        return f"{interval.value:.2f} [{interval.low:.2f}, {interval.high:.2f}]"
 
     return cell
 
@@ -222,8 +222,8 @@ def _by_ships(counts: np.ndarray, contenders: Sequence[Seeds], examined: Evaluat
             ]
             for seeds in contenders
         ]
-        told = caption(f"{what} by number of ships", contenders, examined)
-        parts.append(f"{told}\n\n{markdown_table(header, rows)}")
+        text = caption(f"{what} by number of ships", contenders, examined)
+        parts.append(f"{text}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
@@ -231,7 +231,7 @@ def _cases_table(suite: Suite, contenders: Sequence[Seeds], examined: Evaluation
     """Which of a few named cases went wrong."""
 
     def named(seeds: Seeds, column: str, depth: bool) -> str:
-        told = []
+        text = []
         for one in seeds:
             bad = np.flatnonzero(one.columns[column])
             deep = one.columns["depth"]
@@ -239,16 +239,16 @@ def _cases_table(suite: Suite, contenders: Sequence[Seeds], examined: Evaluation
                 f"{suite.labels[i]} ({deep[i]:.2f})" if depth else suite.labels[i] for i in bad
             ]
             some = f": {', '.join(names)}" if 0 < len(bad) < suite.size else ""
-            told.append(f"{len(bad)} of {suite.size}{some}")
-        return "; ".join(told)
+            text.append(f"{len(bad)} of {suite.size}{some}")
+        return "; ".join(text)
 
     rows = [
         [*label(seeds), named(seeds, "collided", False), named(seeds, "intruded", True)]
         for seeds in contenders
     ]
-    told = caption("Cases (depth of Eq. 13); seeds apart by semicolons", contenders, examined)
+    text = caption("Cases (depth of Eq. 13); seeds apart by semicolons", contenders, examined)
     table = markdown_table([*PILOT, "collided", "intruded"], rows)
-    return f"{told}\n\n{table}"
+    return f"{text}\n\n{table}"
 
 
 def _ratios(contenders: Sequence[Seeds], against: Sequence[str], examined: EvaluationResult) -> str:
@@ -263,22 +263,22 @@ def _ratios(contenders: Sequence[Seeds], against: Sequence[str], examined: Evalu
                 continue
             cells = [*label(seeds)]
             for column in ("collided", "intruded", "within_half_nm"):
-                found = risk_ratio(stack_seeds(seeds, column), stack_seeds(reference, column))
-                cells.append(_ratio(found))
+                interval = risk_ratio(stack_seeds(seeds, column), stack_seeds(reference, column))
+                cells.append(_ratio(interval))
             rows.append(cells)
         if rows:
             header = [*PILOT, "collisions", "domain intrusions", "within 0.5 NM"]
-            told = caption(
+            text = caption(
                 f"Risk ratio against {markdown_text(name)}, paired", contenders, examined
             )
-            parts.append(f"{told}\n\n{markdown_table(header, rows)}")
+            parts.append(f"{text}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
-def _ratio(found: ConfidenceInterval | None) -> str:
-    if found is None:
+def _ratio(interval: ConfidenceInterval | None) -> str:
+    if interval is None:
         return "– (never)"
-    return f"{found.value:.4f} [{found.low:.4f}, {found.high:.4f}]"
+    return f"{interval.value:.4f} [{interval.low:.4f}, {interval.high:.4f}]"
 
 
 def _rules(contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
@@ -299,9 +299,9 @@ def _rules(contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
             rows.append(cells)
         if all(row[2] == "0" for row in rows):
             continue
-        told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", contenders, examined)
+        text = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", contenders, examined)
         both = ["meetings", *judgements, "alone: meetings", *judgements]
-        parts.append(f"{told} {_UNTAUGHT}\n\n{markdown_table(['pilot | ship', *both], rows)}")
+        parts.append(f"{text} {_UNTAUGHT}\n\n{markdown_table(['pilot | ship', *both], rows)}")
     return "\n\n".join(parts)
 
 

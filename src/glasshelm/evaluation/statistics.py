@@ -82,18 +82,18 @@ def bootstrap(
     rng = np.random.default_rng(seed)
     seeds, _ = values.shape
     members = [np.flatnonzero(strata == s) for s in np.unique(strata)]
-    found = np.empty(resamples)
+    resampled = np.empty(resamples)
     for i in range(resamples):
         drawn = np.concatenate([m[rng.integers(len(m), size=len(m))] for m in members])
         rows = rng.integers(seeds, size=seeds) if seeds > 1 else np.zeros(1, np.int64)
-        found[i] = statistic(values[np.ix_(rows, drawn)])
-    return _percentiles(statistic(values), found)
+        resampled[i] = statistic(values[np.ix_(rows, drawn)])
+    return _percentiles(statistic(values), resampled)
 
 
 def _percentiles(
-    value: float, found: np.ndarray, method: Literal["linear", "nearest"] = "linear"
+    value: float, resampled: np.ndarray, method: Literal["linear", "nearest"] = "linear"
 ) -> ConfidenceInterval:
-    low, high = np.nanquantile(found, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], method=method)
+    low, high = np.nanquantile(resampled, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], method=method)
     return ConfidenceInterval(float(value), float(low), float(high))
 
 
@@ -108,8 +108,8 @@ def rate_interval(events: Bool[np.ndarray, "seeds n"]) -> ConfidenceInterval:
     exact = clopper_pearson(count, number)
     if seeds == 1:
         return exact
-    found = bootstrap(events.astype(np.float64), np.zeros(number, np.int64), mean)
-    return found if FEW <= count <= number - FEW else _hull(found, exact)
+    resampled = bootstrap(events.astype(np.float64), np.zeros(number, np.int64), mean)
+    return resampled if FEW <= count <= number - FEW else _hull(resampled, exact)
 
 
 def _hull(first: ConfidenceInterval, second: ConfidenceInterval) -> ConfidenceInterval:
@@ -132,13 +132,13 @@ def risk_ratio(
     split = ours.shape[0]
     both = np.concatenate([ours, theirs]).astype(np.float64)
     rng = np.random.default_rng(0)
-    found = np.empty(RESAMPLES)
+    resampled = np.empty(RESAMPLES)
     for i in range(RESAMPLES):
         drawn = rng.integers(both.shape[1], size=both.shape[1])
         a = both[rng.integers(split, size=split)][:, drawn].mean()
         b = both[split + rng.integers(len(theirs), size=len(theirs))][:, drawn].mean()
-        found[i] = a / b if b > 0 else math.inf
-    whole = _percentiles(ours.mean() / theirs.mean(), found, method="nearest")
+        resampled[i] = a / b if b > 0 else math.inf
+    whole = _percentiles(ours.mean() / theirs.mean(), resampled, method="nearest")
     if min(events.sum() / len(events) for events in (ours, theirs)) >= FEW:
         return whole
     for one, other in itertools.product(ours, theirs):
@@ -153,7 +153,7 @@ def paired_ratio(
     """The ratio of two rates over the same trials, with its score interval.
 
     The ends are where the score statistic of Nam and Blackwelder (2002, Statistics in
-    Medicine 21: 689) is ±1.96; found by bisection. It must have happened to them.
+    Medicine 21: 689) is ±1.96; the roots are found numerically. It must have happened to them.
     """
     count = len(ours)
     only_ours = int(np.sum(ours & ~theirs)) / count

@@ -69,13 +69,13 @@ def run_exams(
         for name, seeds in chosen:
             examined = []
             for number, pilot in enumerate(seeds):
-                found, before = _examined(name, pilot, what, out, console)
-                examined.append(found)
+                result, before = _examined(name, pilot, what, out, console)
+                examined.append(result)
                 done += 1
                 clear_if_full()
                 kept = ", examined before" if before else ""
-                said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
-                console.say(said)
+                text = f"{name}, seed {number}: {len(result.voyage)} scenes{kept}"
+                console.say(text)
             text.append(exam_report(name, examined, command, machine))
             with atomic_write(out / "exam.md") as partial:
                 partial.write_text("\n".join(text), encoding="utf-8")

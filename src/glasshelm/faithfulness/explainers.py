@@ -1,4 +1,4 @@
-"""Every explanation as one number a ship, beside nulls that know nothing of the pilot."""
+"""Every explanation as one number a ship, beside null explanations that ignore the pilot."""
 
 import dataclasses
 from collections.abc import Callable
@@ -53,7 +53,7 @@ def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> AttributionFn:
 
 
 def _there(part: Part | None) -> Part:
-    """What the pilot was asked for because she has it (``Explainer.fits``)."""
+    """A part that the pilot has (``Explainer.fits``)."""
     assert part is not None
     return part
 

@@ -24,7 +24,7 @@ from glasshelm.ship.nomoto import ShipParams
 MIN_SHAPLEY_RAD = float(np.radians(0.25))
 #: Voyages of 2400 s, looked at every 100 s from 100 s on.
 STEPS, SAMPLE_EVERY = 480, 20
-#: Numbers of ships asked about: with one there is nothing to tell apart.
+#: Numbers of ships: with one there is nothing to compare.
 SHIP_COUNTS = (2, 3, 4, 5, 6)
 
 
@@ -63,14 +63,14 @@ def collect_scenes(
     """Scenes of a pilot's voyages through the fixed random encounters, by number of ships.
 
     At most ``max_scenes`` of each number, evenly over the voyages. Scenes in which no
-    ship moves her rudder by :data:`MATTERS_RAD` are left out.
+    ship moves the rudder by :data:`MIN_SHAPLEY_RAD` are left out.
     """
     ship = pilot.trained.ship
     drawn = validation_encounters(ship, encounters)
     states = _voyages(pilot.actor, drawn, ship)
     instants = states.step.shape[0]
     count = np.asarray(drawn.present.sum(-1))
-    found = []
+    groups = []
     for ships in counts:
         voyage = np.flatnonzero(count == ships)
         if len(voyage) == 0:
@@ -86,7 +86,7 @@ def collect_scenes(
         ]
         if len(chosen) == 0:
             continue
-        found.append(
+        groups.append(
             Scenes(
                 ships,
                 jax.tree.map(lambda x, w=voyage_of[chosen]: x[w], encounter),
@@ -94,7 +94,7 @@ def collect_scenes(
                 voyage[voyage_of[chosen]],
             )
         )
-    return found
+    return groups
 
 
 def map_in_chunks(work: Callable[[Any], Result], scenes: Any) -> Result:

@@ -1,7 +1,7 @@
 """What own ship's instruments show, between the true world and what the pilot sees.
 
 The world goes on as it is; the pilot sees a picture of it: own ship by satellite
-position and gyro, each target by her last report, dead-reckoned to now. An
+position and gyro, each target by its last report, dead-reckoned to now. An
 AIS report has the errors of the target's own receiver and comes every 2 s to
 3 min; a radar plot errs in range and bearing from own ship and comes every step.
 Errors wander: each is a Gauss-Markov process with a spread and a correlation time.
@@ -146,7 +146,7 @@ def _look(
 
 
 def _own_shown(by: Disturbance, noise: Float[Array, "3"], own: ShipState) -> ShipState:
-    """Own ship by her instruments."""
+    """Own ship as its sensors show it."""
     return eqx.tree_at(
         lambda s: (s.east_m, s.north_m, s.heading_rad),
         own,
@@ -163,8 +163,8 @@ def _report(
 ) -> Motion:
     """What a report of each target would say now.
 
-    A radar measures from where own ship is, against her heading line: her own
-    errors move and turn its plots as they move and turn her.
+    A radar measures from where own ship is, against its heading line: own ship's
+    errors move and turn the plots as they move and turn own ship.
     """
     away = Vector(true.east_m - own.east_m, true.north_m - own.north_m)
     stretched = 1.0 + by.range_m * noise[:, 0] / jnp.maximum(norm(away), 1.0)
@@ -183,7 +183,7 @@ def _report(
 def _reckoned(by: Disturbance, report: Motion, age_s: Float[Array, " n"]) -> Motion:
     """Reports dead-reckoned to now, with velocities through the water.
 
-    Own ship's velocity in Eq. 11 is her heading and speed, through the water; of
+    Own ship's velocity in Eq. 11 is its heading and speed, through the water; of
     the targets the same must be shown, or the current would spoil every CPA.
     """
     ground = velocity(report.course_rad, report.speed_m_s)
