@@ -33,7 +33,7 @@ def test_several_training_seeds_are_one_pilot(tmp_path):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ([], "no pilot to examine"),
+        ([], "no pilot to evaluate"),
         (["mine="], "NAME=FILE"),
         (["=a.safetensors"], "NAME=FILE"),
         (["straight", "straight"], "named twice"),

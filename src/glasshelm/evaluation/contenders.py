@@ -63,7 +63,7 @@ def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) 
                 raise InputError(f"pilot {name!r} is named twice: give one a name with NAME=FILE")
             contenders.append(Contender(name, ship_name, ship_named(ship_name), pilots))
     if not contenders:
-        raise InputError("no pilot to examine: name one or more with --pilots")
+        raise InputError("no pilot to evaluate: name one or more with --pilots")
     return contenders
 
 

@@ -118,15 +118,15 @@ def describe_machine() -> str:
     return f"{os.cpu_count()} cores of {name}{on}, JAX {jax.__version__}"
 
 
-def suites_of(examined: EvaluationResult) -> list[Suite]:
+def suites_of(evaluation: EvaluationResult) -> list[Suite]:
     """The suites of an evaluation, one of each name."""
-    return list({s.suite.name: s.suite for s in examined.results}.values())
+    return list({s.suite.name: s.suite for s in evaluation.results}.values())
 
 
-def results_by_contender(examined: EvaluationResult, name: str) -> list[list[SuiteResult]]:
+def results_by_contender(evaluation: EvaluationResult, name: str) -> list[list[SuiteResult]]:
     """The results of one suite: a list of seeds for each contender."""
     by_entrant: dict[tuple[str, str], list[SuiteResult]] = {}
-    for one in examined.results:
+    for one in evaluation.results:
         if one.suite.name == name:
             key = (one.contender.name, one.contender.ship_name)
             by_entrant.setdefault(key, []).append(one)

@@ -1,4 +1,4 @@
-"""Figures of an examination: rates by number of ships, nearest distances, the worst voyages."""
+"""Figures of an evaluation: rates by number of ships, nearest distances, the worst voyages."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -39,10 +39,10 @@ WORST = 10
 Seeds = Sequence[SuiteResult]
 
 
-def draw_all(examined: EvaluationResult, out: Path) -> Iterator[Path]:
+def draw_all(evaluation: EvaluationResult, out: Path) -> Iterator[Path]:
     """Draw and write every figure into a folder, each as PDF and PNG; gives the PNGs."""
-    for suite in suites_of(examined):
-        contenders = results_by_contender(examined, suite.name)
+    for suite in suites_of(evaluation):
+        contenders = results_by_contender(evaluation, suite.name)
         for seeds in contenders:
             if (seeds[0].columns["ships"] > 0).any():
                 figure = worst_voyages(_worst_seed(seeds))

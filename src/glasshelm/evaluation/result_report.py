@@ -1,4 +1,4 @@
-"""The report: Markdown tables of an examination, each saying where its numbers come from."""
+"""The report: Markdown tables of an evaluation, each saying where its numbers come from."""
 
 from collections.abc import Sequence
 
@@ -28,22 +28,22 @@ from glasshelm.evaluation.types import Suite
 Seeds = Sequence[SuiteResult]
 
 
-def markdown_report(examined: EvaluationResult, against: Sequence[str]) -> str:
-    """All tables of an examination; ``against`` names the pilots that others are compared with."""
-    parts = ["# Examination", _methods(), overview(examined)]
-    for suite in suites_of(examined):
-        contenders = results_by_contender(examined, suite.name)
+def markdown_report(evaluation: EvaluationResult, against: Sequence[str]) -> str:
+    """All tables of an evaluation; ``against`` names the pilots that others are compared with."""
+    parts = ["# Evaluation", _methods(), overview(evaluation)]
+    for suite in suites_of(evaluation):
+        contenders = results_by_contender(evaluation, suite.name)
         parts.append(f"## {markdown_text(suite.name)}\n\n{markdown_text(suite.note)}.")
-        parts.append(_table("Safety", _SAFETY, contenders, examined))
+        parts.append(_table("Safety", _SAFETY, contenders, evaluation))
         if suite.size <= 100:
-            parts.append(_cases_table(suite, contenders, examined))
+            parts.append(_cases_table(suite, contenders, evaluation))
         counts = np.unique(contenders[0][0].columns["ships"])
         if suite.size > 100 and len(counts) > 1:
-            parts.append(_by_ships(counts, contenders, examined))
-        parts.append(_ratios(contenders, against, examined))
-        parts.append(_table("Way and helm", _WAY, contenders, examined))
-        parts.append(_rules(contenders, examined))
-    parts.append(_timings(examined))
+            parts.append(_by_ships(counts, contenders, evaluation))
+        parts.append(_ratios(contenders, against, evaluation))
+        parts.append(_table("Way and helm", _WAY, contenders, evaluation))
+        parts.append(_rules(contenders, evaluation))
+    parts.append(_timings(evaluation))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -55,13 +55,13 @@ SUMMARY_RATES = {
 }
 
 
-def overview(examined: EvaluationResult) -> str:
+def overview(evaluation: EvaluationResult) -> str:
     """Tables of the rates over all suites, for each ship; empty where there is one suite."""
-    suites = suites_of(examined)
+    suites = suites_of(evaluation)
     if len(suites) < 2:
         return ""
     seeds_of_all = [
-        seeds for suite in suites for seeds in results_by_contender(examined, suite.name)
+        seeds for suite in suites for seeds in results_by_contender(evaluation, suite.name)
     ]
     ships = dict.fromkeys(seeds[0].contender.ship_name for seeds in seeds_of_all)
     parts = ["## Overview"]
@@ -99,10 +99,10 @@ def _methods() -> str:
     )
 
 
-def caption(what: str, contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
+def caption(what: str, contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     """What a table shows, of how much, by which weights, on which machine, by which command."""
     sizes = {f"{seeds[0].suite.size:,} encounters × {_seeds(seeds)}" for seeds in contenders}
-    source = examined.run_info
+    source = evaluation.run_info
     return (
         f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(contenders)}. "
         f"{source.machine}; glasshelm {source.version}. {markdown_code(source.command)}"
@@ -199,14 +199,14 @@ _WAY = {
 
 
 def _table(
-    what: str, columns: dict, contenders: Sequence[Seeds], examined: EvaluationResult
+    what: str, columns: dict, contenders: Sequence[Seeds], evaluation: EvaluationResult
 ) -> str:
     header = [*PILOT, *columns]
     rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in contenders]
-    return f"{caption(what, contenders, examined)}\n\n{markdown_table(header, rows)}"
+    return f"{caption(what, contenders, evaluation)}\n\n{markdown_table(header, rows)}"
 
 
-def _by_ships(counts: np.ndarray, contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _by_ships(counts: np.ndarray, contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     parts = []
     for what, column in (("Collisions", "collided"), ("Intrusions", "intruded")):
         header = [*PILOT, *(f"{n} ship{'' if n == 1 else 's'}" for n in counts)]
@@ -222,12 +222,12 @@ def _by_ships(counts: np.ndarray, contenders: Sequence[Seeds], examined: Evaluat
             ]
             for seeds in contenders
         ]
-        text = caption(f"{what} by number of ships", contenders, examined)
+        text = caption(f"{what} by number of ships", contenders, evaluation)
         parts.append(f"{text}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
-def _cases_table(suite: Suite, contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _cases_table(suite: Suite, contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     """Which of a few named cases went wrong."""
 
     def named(seeds: Seeds, column: str, depth: bool) -> str:
@@ -246,13 +246,15 @@ def _cases_table(suite: Suite, contenders: Sequence[Seeds], examined: Evaluation
         [*label(seeds), named(seeds, "collided", False), named(seeds, "intruded", True)]
         for seeds in contenders
     ]
-    text = caption("Cases (depth of Eq. 13); seeds apart by semicolons", contenders, examined)
+    text = caption("Cases (depth of Eq. 13); seeds apart by semicolons", contenders, evaluation)
     table = markdown_table([*PILOT, "collided", "intruded"], rows)
     return f"{text}\n\n{table}"
 
 
-def _ratios(contenders: Sequence[Seeds], against: Sequence[str], examined: EvaluationResult) -> str:
-    """Risk ratios against the reference pilots that were examined on the same ship."""
+def _ratios(
+    contenders: Sequence[Seeds], against: Sequence[str], evaluation: EvaluationResult
+) -> str:
+    """Risk ratios against the reference pilots that were evaluation on the same ship."""
     parts = []
     for name in against:
         theirs = {s[0].contender.ship_name: s for s in contenders if s[0].contender.name == name}
@@ -269,7 +271,7 @@ def _ratios(contenders: Sequence[Seeds], against: Sequence[str], examined: Evalu
         if rows:
             header = [*PILOT, "collisions", "domain intrusions", "within 0.5 NM"]
             text = caption(
-                f"Risk ratio against {markdown_text(name)}, paired", contenders, examined
+                f"Risk ratio against {markdown_text(name)}, paired", contenders, evaluation
             )
             parts.append(f"{text}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
@@ -281,7 +283,7 @@ def _ratio(interval: ConfidenceInterval | None) -> str:
     return f"{interval.value:.4f} [{interval.low:.4f}, {interval.high:.4f}]"
 
 
-def _rules(contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
+def _rules(contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     """One table a kind of meeting: the share of meetings in which each thing was done."""
     parts = []
     for kind, judgements in CRITERIA.items():
@@ -299,7 +301,7 @@ def _rules(contenders: Sequence[Seeds], examined: EvaluationResult) -> str:
             rows.append(cells)
         if all(row[2] == "0" for row in rows):
             continue
-        text = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", contenders, examined)
+        text = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", contenders, evaluation)
         both = ["meetings", *judgements, "alone: meetings", *judgements]
         parts.append(f"{text} {_UNTAUGHT}\n\n{markdown_table(['pilot | ship', *both], rows)}")
     return "\n\n".join(parts)
@@ -312,9 +314,11 @@ _UNTAUGHT = (
 )
 
 
-def _timings(examined: EvaluationResult) -> str:
-    rows = [[t.pilot, t.ship_name, f"{t.p50_ms:.2f}", f"{t.p99_ms:.2f}"] for t in examined.timings]
-    source = examined.run_info
+def _timings(evaluation: EvaluationResult) -> str:
+    rows = [
+        [t.pilot, t.ship_name, f"{t.p50_ms:.2f}", f"{t.p99_ms:.2f}"] for t in evaluation.timings
+    ]
+    source = evaluation.run_info
     return (
         "## Time to decide\n\n**From an observation of six ships to a rudder, without "
         f"explanation.** {source.machine}; glasshelm {source.version}. "

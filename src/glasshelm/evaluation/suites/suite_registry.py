@@ -36,7 +36,7 @@ def build_suites(
         raise InputError(f"no suite: choose one or more of {NAMES}")
     repeated = [s.name for s in suites if [t.name for t in suites].count(s.name) > 1]
     if repeated:
-        raise InputError(f"two suites are called {repeated[0]!r}: examine them in two folders")
+        raise InputError(f"two suites are called {repeated[0]!r}: evaluate them in two folders")
     return suites
 
 
