@@ -32,7 +32,7 @@ from glasshelm.training.training_state import (
     save_pilot,
     save_snapshot,
 )
-from glasshelm.training.validation import Memoryless, ValidationScore, rollout, score
+from glasshelm.training.validation import Memoryless, ValidationScore, score, validation_rollout
 
 BEST_FILE, FINAL_FILE = "best.safetensors", "final.safetensors"
 
@@ -165,7 +165,7 @@ class Trainer:
 
     def _score(self, actor: Actor) -> ValidationScore:
         short, long = self.config.validation_steps
-        episodes = rollout(Memoryless(actor), self._encounters, self.ship, short, long)
+        episodes = validation_rollout(Memoryless(actor), self._encounters, self.ship, short, long)
         return score(episodes, float(self.ship.loa_m))
 
     def _results(
