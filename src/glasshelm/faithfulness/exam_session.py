@@ -74,8 +74,7 @@ def run_exams(
                 done += 1
                 clear_if_full()
                 kept = ", examined before" if before else ""
-                text = f"{name}, seed {number}: {len(result.voyage)} scenes{kept}"
-                console.say(text)
+                console.say(f"{name}, seed {number}: {len(result.voyage)} scenes{kept}")
             text.append(exam_report(name, examined, command, machine))
             with atomic_write(out / "exam.md") as partial:
                 partial.write_text("\n".join(text), encoding="utf-8")
