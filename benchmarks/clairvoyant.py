@@ -17,7 +17,7 @@ import numpy as np
 from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.evaluation.suites.random_suite import numbered_encounters
 from glasshelm.pilots.clairvoyant import Clairvoyant, starting_pilots
-from glasshelm.planning.cross_entropy_search import Known, SearchSettings
+from glasshelm.planning.cross_entropy_search import KnownEncounter, SearchSettings
 from glasshelm.ship.nomoto import SHIPS, ShipParams
 from glasshelm.simulation.rollout import Measures, plain_cases, rollout
 
@@ -33,7 +33,9 @@ HARDER = {
 AGAIN = 64
 
 
-def sailed(known: Known, ship: ShipParams, settings: SearchSettings, seed: int) -> Measures:
+def sailed(
+    known: KnownEncounter, ship: ShipParams, settings: SearchSettings, seed: int
+) -> Measures:
     """What an examination measures of a search's voyages."""
     cases = plain_cases(known.encounter, ship, known.steps)
     seer = Clairvoyant(ship, "clairvoyant", starting_pilots(ship), settings, seed)
@@ -61,7 +63,7 @@ def main() -> None:
     given = parser.parse_args()
     ship, which = SHIPS[given.ship], np.arange(given.encounters)
     encounters = numbered_encounters(ship, given.encounters, PAPER, SEED)
-    known = Known.still(encounters, ship, STEPS)
+    known = KnownEncounter.still(encounters, ship, STEPS)
     print("| search | intrusions | collisions | return (1200 s) | intruded (depth) | time [s] |")
     print("|---|---|---|---|---|---|")
     for name, (settings, seed) in HARDER.items():

@@ -27,7 +27,7 @@ from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.frames import frame_log
 from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.pilots.straight import StraightPilot

@@ -157,7 +157,7 @@ def test_a_recording_is_read_once(tmp_path, monkeypatch):
     opened = []
     real = reading.iter_recording
     monkeypatch.setattr(
-        recording_window, "recordings", lambda *given: opened.append(given) or real(*given)
+        recording_window, "iter_recording", lambda *given: opened.append(given) or real(*given)
     )
     (suite,) = build_suites([f"recorded:{path}"], SHIP)
     assert suite.size == 2

@@ -30,7 +30,7 @@ def asked(monkeypatch):
         names.append(pilot.name)
         return made_up(pilot)
 
-    monkeypatch.setattr(exam_session, "examine", examine)
+    monkeypatch.setattr(exam_session, "run_exam", examine)
     return names
 
 
@@ -106,13 +106,13 @@ def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
             raise KeyboardInterrupt
         return go_on(pilot, *what)
 
-    monkeypatch.setattr(exam_session, "examine", interrupted)
+    monkeypatch.setattr(exam_session, "run_exam", interrupted)
     assert exam(tmp_path / "out", *pilots) == 130
     assert "1 of 2 pilots and seeds are kept in" in capsys.readouterr().err.replace("\n", " ")
     text = (tmp_path / "out" / "exam.md").read_text()
     assert "## one" in text
     assert (tmp_path / "out" / "exam-one.png").exists()
-    monkeypatch.setattr(exam_session, "examine", go_on)
+    monkeypatch.setattr(exam_session, "run_exam", go_on)
     assert exam(tmp_path / "out", *pilots) == 0
     assert asked == ["one", "two"]
     again = (tmp_path / "out" / "exam.md").read_text()

@@ -13,7 +13,12 @@ from glasshelm.encounters.random_encounters import RandomEncounters, random_enco
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
 from glasshelm.pilots.protocols import OraclePilot, Pilot
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.planning.cross_entropy_search import Known, SearchSettings, as_sailed, improve_all
+from glasshelm.planning.cross_entropy_search import (
+    KnownEncounter,
+    SearchSettings,
+    improve_all,
+    rollout_rudders,
+)
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.rollout import Case, rollout
 
@@ -22,14 +27,16 @@ SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
 
 
 @pytest.fixture(scope="module")
-def known() -> Known:
+def known() -> KnownEncounter:
     settings = RandomEncounters(targets=(2, 2))
-    return Known.still(random_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS)
+    return KnownEncounter.still(
+        random_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS
+    )
 
 
 @jax.jit
 def sail_all(known, rudders):
-    return jax.vmap(lambda k, r: as_sailed(k, r * k.ship.rudder_limit_rad))(known, rudders)
+    return jax.vmap(lambda k, r: rollout_rudders(k, r * k.ship.rudder_limit_rad))(known, rudders)
 
 
 @jax.jit

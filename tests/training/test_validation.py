@@ -7,7 +7,7 @@ import pytest
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import PAPER, validation_encounters
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.ship.nomoto import ShipState, ship_named
 from glasshelm.training.critic_accuracy import critic_accuracy
 from glasshelm.training.exploration import NoiseSettings
@@ -27,7 +27,7 @@ class OnTheCourse(eqx.Module):
     each: jax.Array
 
     def __call__(self, observation, action, fleet=None):
-        return Values(
+        return QValues(
             self.each + 1e-3 * observation.waypoint[:, 0, 1],
             jnp.zeros_like(observation.targets[:, :, 0, 0]),
         )

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from glasshelm.core.text import file_name, name_of
+from glasshelm.core.text import file_name, safe_name
 from glasshelm.evaluation.evaluation_run import (
     EvaluationResult,
     results_by_contender,
@@ -154,7 +154,7 @@ def worst_voyages(one: SuiteResult) -> Figure:
         _small(ax)
     for ax in axes[len(which) :]:
         ax.set_visible(False)
-    name, ship_name = name_of(one.contender.name), one.contender.ship_name
+    name, ship_name = safe_name(one.contender.name), one.contender.ship_name
     figure.suptitle(
         f"{name} on {ship_name}, {one.suite.name}: the {len(which)} worst of "
         f"{one.suite.size:,} encounters (own ship black, minutes beside its track)",
@@ -168,7 +168,7 @@ def _title(one: SuiteResult, number: int) -> str:
     margin = c["margin"][number]
     what = f"depth {margin:.2f}" if margin > 0 else f"clear by {-margin:.2f}"
     what = "collision" if c["collided"][number] else what
-    label = name_of(one.suite.labels[number].split("/")[-1])
+    label = safe_name(one.suite.labels[number].split("/")[-1])
     return f"{label}: {what}"
 
 

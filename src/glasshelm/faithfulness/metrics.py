@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.explain.coalitions import coalitions, shapley_values
+from glasshelm.explain.coalitions import coalitions, exact_from_worths
 
 
 class Scores(eqx.Module):
@@ -44,7 +44,7 @@ def score_attribution(
         signed: The attribution claims a side, and is in the units of ``rudders``.
     """
     players = attribution.shape[0]
-    true = shapley_values(rudders).by_ship
+    true = exact_from_worths(rudders).by_ship
     size, rank = jnp.abs(true), _ranks(jnp.abs(attribution))
     right = (jnp.sign(attribution) == jnp.sign(true)) * size
     sign = jnp.where(signed, right.sum() / jnp.maximum(size.sum(), 1e-12), jnp.nan)

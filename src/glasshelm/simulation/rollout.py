@@ -28,10 +28,10 @@ from glasshelm.env.step import (
 from glasshelm.env.target_selection import select_targets
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
-from glasshelm.planning.cross_entropy_search import Known
+from glasshelm.planning.cross_entropy_search import KnownEncounter
 from glasshelm.ship.course_reversals import Reversals
 from glasshelm.ship.hull_overlap import hull, hull_gap_m
-from glasshelm.ship.nomoto import ShipParams, ShipState, advance, drifted
+from glasshelm.ship.nomoto import ShipParams, ShipState, advance, with_drift
 from glasshelm.simulation.sensor_model import (
     Disturbance,
     PerceivedTraffic,
@@ -133,7 +133,9 @@ def policy_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
         return BatchedPilot(pilot)
     still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))
     current = still if cases.disturbance is None else cases.disturbance.current_m_s
-    return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
+    return pilot.knowing(
+        KnownEncounter(cases.encounter, cases.ship, jnp.asarray(cases.steps), current)
+    )
 
 
 def plain_cases(
@@ -237,7 +239,7 @@ def step_case(case: Case, state: CaseState, action: Float[Array, ""]) -> CaseSta
     rudder = jnp.where(finite, jnp.clip(action, -1.0, 1.0), 0.0) * case.ship.rudder_limit_rad
     own = advance(state.state.own, rudder, case.ship, SETTINGS.step_s)
     if case.disturbance is not None:
-        own = drifted(own, case.disturbance.current_m_s, SETTINGS.step_s)
+        own = with_drift(own, case.disturbance.current_m_s, SETTINGS.step_s)
     out = observe_step(case.encounter, state.state, own, case.ship, SETTINGS)
     perceived = state.perceived
     if case.disturbance is not None and perceived is not None:

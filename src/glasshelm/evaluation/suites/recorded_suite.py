@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from glasshelm.ais.limits import LOST_AFTER_S
 from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.globe import LOST_AFTER_S, TrafficSnapshot, closest_approaches, snapshots
 from glasshelm.encounters.recorded_traffic import RecordingSettings, scenario_from_excerpt
 from glasshelm.encounters.recording_window import RECORDED, RecordingExcerpt, read_recording
 from glasshelm.encounters.scenario_factory import BUNDLED
+from glasshelm.encounters.snapshots import TrafficSnapshot, closest_approaches, snapshots
 from glasshelm.encounters.types import Scenario
 from glasshelm.evaluation.suites.batching import scenario_suite
 from glasshelm.evaluation.types import Suite
