@@ -12,11 +12,11 @@ import pytest
 from tests.voyages import plain
 
 from glasshelm.cli import main
-from glasshelm.core.terminal import Terminal, Words, progress
-from glasshelm.core.text import LONGEST_NAME, file_name, markdown_code, markdown_text, printable
+from glasshelm.core.terminal import TaskDescription, Terminal, progress
+from glasshelm.core.text import MAX_NAME_LENGTH, file_name, markdown_code, markdown_text, printable
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.types import TargetInfo
-from glasshelm.evaluation.markdown import markdown
+from glasshelm.evaluation.tables import markdown
 from glasshelm.frames.frame_log import read_log, write_log
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.registry import pilot_named
@@ -94,7 +94,7 @@ def test_nobody_enters_with_an_order_in_her_name():
         info = TargetInfo(f"i{name}", name, ship_type=name)
         assert info.id.isprintable()
         assert info.name.isprintable()
-        assert len(info.name) <= LONGEST_NAME
+        assert len(info.name) <= MAX_NAME_LENGTH
         assert (info.ship_type or "").isprintable()
 
 
@@ -172,7 +172,7 @@ def test_a_terminal_gets_text():
     bar = progress(terminal)
     for name in NAMES:
         bar.add_task(name)
-    assert [Words().render(task).plain for task in bar.tasks] == [*map(printable, NAMES)]
+    assert [TaskDescription().render(task).plain for task in bar.tasks] == [*map(printable, NAMES)]
 
 
 _LOGS = """

@@ -10,7 +10,12 @@ from tests.untrained import observation, untrained
 from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 from glasshelm.env.padding import bucket_size, pad_observation
 from glasshelm.explain.danger_zero import RANGE_M, far_ship, far_value
-from glasshelm.explain.shapley import SMALL, exact_shapley, ship_shares, value_function
+from glasshelm.explain.shapley import (
+    MAX_PADDED_EXACT,
+    exact_shapley,
+    shapley_by_ship,
+    value_function,
+)
 from glasshelm.explain.step_explanation import cut, explain
 from glasshelm.pilots.learned import decide
 
@@ -165,12 +170,12 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
     seen = jax.tree.map(jnp.asarray, pad_observation(observation(ships), slots))
     pilot = untrained(kind)
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
-    exact = ship_shares("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
+    exact = shapley_by_ship("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
     np.testing.assert_allclose(why.moves.by_ship[:ships], exact.by_ship, atol=1e-5)
     np.testing.assert_allclose(why.moves.pairs[:ships, :ships], exact.pairs, atol=1e-5)
     np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)
     assert not np.any(why.moves.error)
-    assert np.isfinite(why.worth.all) == (ships <= SMALL)
+    assert np.isfinite(why.worth.all) == (ships <= MAX_PADDED_EXACT)
 
 
 def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
@@ -188,4 +193,4 @@ def test_what_one_ship_changes_is_the_rudder_without_her():
     for i in range(4):
         others = eqx.tree_at(lambda o: o.present, seen, seen.present.at[i].set(False))
         changed = pilot.actor(seen) - pilot.actor(others)
-        np.testing.assert_allclose(why.left_out[i], changed, atol=1e-6)
+        np.testing.assert_allclose(why.leave_one_out[i], changed, atol=1e-6)

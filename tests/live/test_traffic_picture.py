@@ -19,7 +19,7 @@ from glasshelm.live.traffic_picture import SHOWN_M, SLOTS, TrafficPicture
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import KNOT_M_S
-from glasshelm.simulation.explained_step import explain_step, never_held
+from glasshelm.simulation.explained_step import explain_step, no_known_targets
 from glasshelm.simulation.frame_builder import FrameBuilder
 from glasshelm.simulation.voyage import simulate
 
@@ -174,7 +174,7 @@ def test_pilots_take_it_and_nothing_is_compiled_anew(name):
     def look(encounter, ship):
         traced.append(name)
         state = reset(encounter, ship, settings)
-        held, memory = never_held(encounter), pilot.start()
+        held, memory = no_known_targets(encounter), pilot.start()
         return explain_step(pilot, encounter, state, held, memory, ship, settings, 0.0)[0]
 
     picture = taken(own(), ship(1))

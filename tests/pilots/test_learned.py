@@ -13,7 +13,7 @@ import glasshelm
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.env.step import EnvSettings
-from glasshelm.env.training_envelope import LARGEST
+from glasshelm.env.training_envelope import MAX_FEATURE
 from glasshelm.networks.checkpoint import CheckpointError, save_tree
 from glasshelm.pilots import learned, registry
 from glasshelm.pilots.protocols import Pilot
@@ -168,7 +168,9 @@ def test_importing_the_package_imports_no_jax():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
     pilot, seen = glasshelm.load(name), observation(2)
-    seen = jax.tree.map(lambda x: x if x.dtype == bool else jnp.full_like(x, sign * LARGEST), seen)
+    seen = jax.tree.map(
+        lambda x: x if x.dtype == bool else jnp.full_like(x, sign * MAX_FEATURE), seen
+    )
     told = jax.tree.leaves(eqx.filter(pilot.decide(seen), eqx.is_array))
     assert all(np.isfinite(leaf).all() for leaf in told if leaf.dtype.kind == "f")
     with pytest.raises(InputError, match="impossible"):

@@ -288,14 +288,14 @@ def test_frames_name_scenario_ship_and_waypoint():
 
 def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_way():
     voyage = Voyage(random_scenario(5, SHIP), untrained(), 60)
-    voyage.sail_on(8)
+    voyage.advance(8)
     kept = voyage.place
-    first = voyage.sail_on(8)
+    first = voyage.advance(8)
     voyage.place = kept
-    assert voyage.sail_on(8) == first
+    assert voyage.advance(8) == first
     voyage.place = kept
-    voyage.hand_over(StraightPilot())
-    other = voyage.sail_on(8)
+    voyage.change_pilot(StraightPilot())
+    other = voyage.advance(8)
     assert [f.pilot for f in other] == ["straight"] * 8
     assert other[0].own == first[0].own
     assert other[0].targets[0].range_m == first[0].targets[0].range_m
@@ -306,7 +306,7 @@ def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_wa
 def test_frames_are_the_same_one_by_one_as_many_at_once():
     made = random_scenario(5, SHIP)
     voyage, one_by_one = Voyage(made, untrained(), 20), []
-    while frames := voyage.sail_on():
+    while frames := voyage.advance():
         one_by_one += frames
     at_once = list(simulate(made, untrained(), steps=20))
     assert len(one_by_one) == len(at_once) == 21

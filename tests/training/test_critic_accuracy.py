@@ -11,7 +11,7 @@ from glasshelm.encounters.random_encounters import WIDE, random_encounters
 from glasshelm.encounters.types import straight_track
 from glasshelm.env.observe import DISTANCE_M, waypoint_bearing_rad
 from glasshelm.env.rewards import course_reward
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.critic_accuracy import correlation
 from glasshelm.training.exploration import NoiseSettings
@@ -34,7 +34,7 @@ class CourseHeld(eqx.Module):
 
     def __call__(self, observation, action, fleet=None):
         reward = jax.vmap(lambda w: course_reward(waypoint_bearing_rad(w[0])))(observation.waypoint)
-        return Values(
+        return QValues(
             self.scale * reward / (1 - DISCOUNT), jnp.zeros_like(observation.targets[:, :, 0, 0])
         )
 
@@ -77,7 +77,7 @@ class CostSpreadEvenly(eqx.Module):
 
     def __call__(self, observation, action, fleet=None):
         cost = -1.0 * (observation.targets[:, :, 0, 5] * DISTANCE_M < 2000.0)
-        return Values(jnp.zeros_like(action), jnp.broadcast_to(cost.mean(-1)[:, None], cost.shape))
+        return QValues(jnp.zeros_like(action), jnp.broadcast_to(cost.mean(-1)[:, None], cost.shape))
 
 
 def test_a_cost_put_on_the_wrong_target_shows_target_by_target(encounters):

@@ -9,7 +9,7 @@ import pytest
 
 from glasshelm.encounters.random_encounters import PAPER, WIDE
 from glasshelm.networks.actors import ActorSizes, make_actor
-from glasshelm.planning.course_planner import CourseSettings, rudder_to
+from glasshelm.planning.course_planner import CourseSettings, rudder_towards
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.dagger import (
     DaggerSettings,
@@ -81,7 +81,7 @@ def test_with_beta_0_the_actor_steers_but_the_expert_labels():
     expert, actor = labels_of(jnp.zeros(())), labels_of(jnp.ones(()))
     np.testing.assert_allclose(expert.rudder[0], actor.rudder[0])
     assert not np.allclose(expert.observation.waypoint[-1], actor.observation.waypoint[-1])
-    straight = jax.vmap(lambda s: rudder_to(jnp.zeros(()), s, SHIP))(
+    straight = jax.vmap(lambda s: rudder_towards(jnp.zeros(()), s, SHIP))(
         jax.tree.map(lambda x: x[-1], actor.observation)
     )
     empty = ~worlds().present.any(-1)  # no targets: the expert steers for the waypoint

@@ -7,7 +7,7 @@ import pytest
 from glasshelm.env.observe import Observation
 from glasshelm.env.rewards import Reward
 from glasshelm.networks.actors import ActorSizes, make_actor
-from glasshelm.networks.critics import CriticSizes, SubTaskCritic, Values
+from glasshelm.networks.critics import CriticSizes, QValues, SubTaskCritic
 from glasshelm.networks.ship_batch import Packed, Padded
 from glasshelm.training.losses import (
     ActorLossSettings,
@@ -35,7 +35,7 @@ class Table(eqx.Module):
 
     def __call__(self, observation, action, fleet=None):
         state = observation.waypoint[:, 0, 0].astype(int)
-        return Values(self.waypoint[state], self.by_ship[state][:, None])
+        return QValues(self.waypoint[state], self.by_ship[state][:, None])
 
 
 class Steer(eqx.Module):
@@ -51,7 +51,7 @@ class Pull(eqx.Module):
     slope: float
 
     def __call__(self, observation, action, fleet=None):
-        return Values(self.slope * action, jnp.zeros_like(observation.present, jnp.float32))
+        return QValues(self.slope * action, jnp.zeros_like(observation.present, jnp.float32))
 
 
 def random_batch(key, size=32, ships=6):
@@ -126,7 +126,7 @@ def test_critic_loss_by_hand():
     batch = eqx.tree_at(lambda b: b.weight, random_batch(jax.random.key(1), 2), jnp.ones(2))
     batch = eqx.tree_at(lambda b: b.observation, batch, states_observed([0, 1]))
     table = Table(jnp.array([1.0, 2.0]), jnp.array([0.5, -1.0]))
-    target = Values(jnp.array([2.0, 2.0]), jnp.array([[0.0], [1.0]]))
+    target = QValues(jnp.array([2.0, 2.0]), jnp.array([[0.0], [1.0]]))
     fleet = Padded(batch.observation.present)
     # Errors of the heads: (1, -0.5) and (0, 2); of the totals: 0.5 and 2.
     assert float(critic_loss(table, target, batch, "sum", fleet)) == pytest.approx(4.25 / 2)
@@ -139,7 +139,7 @@ def test_critic_loss_by_hand():
 def test_a_step_against_the_gradient_lowers_the_critic_loss(td_error):
     batch = random_batch(jax.random.key(2))
     critic = SubTaskCritic(CriticSizes((8,)), jax.random.key(3))
-    target = Values(batch.reward.waypoint, batch.reward.by_ship)
+    target = QValues(batch.reward.waypoint, batch.reward.by_ship)
     fleet = Padded(batch.observation.present)
     loss, gradient = eqx.filter_value_and_grad(critic_loss)(critic, target, batch, td_error, fleet)
     stepped = jax.tree.map(lambda w, g: w - 1e-3 * g, critic, gradient)

@@ -40,7 +40,7 @@ class Terminal(Console):
         self.print(text, soft_wrap=True)
 
 
-class Words(TextColumn):
+class TaskDescription(TextColumn):
     """What a task of a progress bar is doing."""
 
     def __init__(self) -> None:
@@ -52,7 +52,12 @@ class Words(TextColumn):
 
 def progress(console: Console, *figures: ProgressColumn) -> Progress:
     """A bar that disappears when its work is done; ``figures`` (a percentage) stand beside it."""
-    columns = Words(), BarColumn(bar_width=24), *(figures or (TaskProgressColumn(),)), TimeLeft()
+    columns = (
+        TaskDescription(),
+        BarColumn(bar_width=24),
+        *(figures or (TaskProgressColumn(),)),
+        TimeLeft(),
+    )
     shown = console.is_terminal
     return Progress(*columns, console=console, transient=True, disable=not shown)
 

@@ -13,7 +13,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from glasshelm.ais.files import read_document
-from glasshelm.core.errors import NOT_JSON, InputError
+from glasshelm.core.errors import DECODE_ERRORS, InputError
 
 Latitude: TypeAlias = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
 Longitude: TypeAlias = Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
@@ -160,7 +160,7 @@ def read_situation_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: not a DNV traffic situation: nested too deep") from None
-    except NOT_JSON as error:
+    except DECODE_ERRORS as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
     if situation.target_ships is None and situation.target_ship is None:
         raise InputError(

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from glasshelm.core.geometry import Vector, velocity
-from glasshelm.core.text import name_of, printable
+from glasshelm.core.text import printable, safe_name
 from glasshelm.ship.nomoto import ShipParams, ShipState
 
 
@@ -74,9 +74,9 @@ class TargetInfo:
     ship_type: str | None = None
 
     def __post_init__(self) -> None:
-        _set(self, id=printable(self.id), name=name_of(self.name))
+        _set(self, id=printable(self.id), name=safe_name(self.name))
         if self.ship_type is not None:
-            _set(self, kind=name_of(self.ship_type))
+            _set(self, kind=safe_name(self.ship_type))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,8 +112,8 @@ class Scenario:
         _set(
             self,
             source=printable(self.source),
-            title=name_of(self.title),
-            own_name=name_of(self.own_name),
+            title=safe_name(self.title),
+            own_name=safe_name(self.own_name),
             notes=tuple(map(printable, self.notes)),
         )
 

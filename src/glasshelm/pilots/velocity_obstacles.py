@@ -12,10 +12,10 @@ import math
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.colregs.classification import classify_targets, gives_way
 from glasshelm.core.geometry import Vector, closest_approach, norm, wrap_angle
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.planning.course_planner import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on, try_courses
 from glasshelm.ship.nomoto import ShipParams
@@ -71,11 +71,8 @@ def velocity_course(
         wanted = cpa_on(at, at.bearing_rad[None], ship)
         near = (wanted.dcpa_m < settings.rules_dcpa_m) & (wanted.tcpa_s > 0)
         near &= wanted.tcpa_s < settings.horizon_s
-        kind = meetings(at, at.bearing_rad)
-        gives = (
-            (kind == Meeting.HEAD_ON) | (kind == Meeting.GIVE_WAY) | (kind == Meeting.OVERTAKING)
-        )
-        wrong = gives & near[0] & passes_to_starboard(position, motion)
+        types = classify_targets(at.position, at.velocity, at.bearing_rad)
+        wrong = gives_way(types) & near[0] & passes_to_starboard(position, motion)
         cost += settings.rules_cost * wrong.any(-1)
     return offsets[jnp.argmin(cost)]
 
@@ -95,5 +92,5 @@ def passes_to_starboard(position: Vector, motion: Vector) -> Bool[Array, "*n"]:
     return closing & (position.x * motion.y - position.y * motion.x < 0)
 
 
-VELOCITY = Method(velocity_course, VelocitySettings())
-VELOCITY_COLREGS = Method(velocity_course, VelocitySettings(colregs=True))
+VELOCITY = CourseMethod(velocity_course, VelocitySettings())
+VELOCITY_COLREGS = CourseMethod(velocity_course, VelocitySettings(colregs=True))

@@ -20,7 +20,7 @@ from glasshelm.pilots.protocols import Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
 from glasshelm.simulation.explained_step import ExplainedStep, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
-from glasshelm.simulation.prediction import predicted
+from glasshelm.simulation.prediction import predict_track
 from glasshelm.simulation.voyage import Carry, init_carry
 
 
@@ -78,7 +78,7 @@ class LiveAdvisor:
             return None
         scenario, carry, ship, _ = self._last
         state, memory = carry.state, carry.memory
-        return predicted(self.pilot, scenario.encounter, state, memory, ship, self.settings)
+        return predict_track(self.pilot, scenario.encounter, state, memory, ship, self.settings)
 
 
 @eqx.filter_jit

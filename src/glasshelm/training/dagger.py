@@ -27,7 +27,12 @@ from glasshelm.env.observe import Observation, empty_observation
 from glasshelm.env.step import EnvState
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.ship_batch import Packed
-from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_to, stakes
+from glasshelm.planning.course_planner import (
+    CourseSettings,
+    action_gap,
+    plan_course,
+    rudder_towards,
+)
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.encounter_mix import EncounterMix
 from glasshelm.training.vector_env import reset_batch, step_batch
@@ -47,7 +52,7 @@ class DaggerSettings:
     #: β falls from 1 to this over so many iterations.
     beta: float = 0.2
     beta_iterations: int = 20
-    #: A decision with stakes s weighs (s + 0.1·scale) / (s + scale).
+    #: A decision with an action gap s weighs (s + 0.1·scale) / (s + scale).
     stakes_scale: float = 3.0
     #: Errors of the rudder count by their square up to this, by their size beyond: between
     #: labels to both sides the actor then takes one, where the square would take the mean.
@@ -134,13 +139,13 @@ def collect_labels(
 
     def segment(state: EnvState, key: PRNGKeyArray):
         plan = jax.vmap(lambda o: plan_course(o, ship, settings.expert))(state.observation)
-        at_stake = jax.vmap(lambda p, o: stakes(p, o, ship))(plan, state.observation)
+        at_stake = jax.vmap(lambda p, o: action_gap(p, o, ship))(plan, state.observation)
         weight = (at_stake + 0.1 * settings.stakes_scale) / (at_stake + settings.stakes_scale)
         actor_steers = jax.random.bernoulli(key, actor_share, (episodes,))
 
         def decide(state: EnvState, _: None):
             observation = state.observation
-            label = jax.vmap(lambda c, o: rudder_to(c, o, ship))(plan.offset_rad, observation)
+            label = jax.vmap(lambda c, o: rudder_towards(c, o, ship))(plan.offset_rad, observation)
             action = jnp.where(actor_steers, actor(observation, fleet), label)
             state, _ = jax.lax.scan(
                 lambda s, _: (step_batch(encounters, s, action, ship).state, None),

@@ -13,13 +13,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import Observation
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.networks.ship_batch import ShipBatch
 from glasshelm.training.replay_buffer import TransitionBatch
 
 #: Anything that steers as an actor does, and that values as :class:`SubTaskCritic` does.
 ActorFn = Callable[[Observation, ShipBatch], Float[Array, "*b"]]
-CriticFn = Callable[[Observation, Float[Array, "*b"], ShipBatch], Values]
+CriticFn = Callable[[Observation, Float[Array, "*b"], ShipBatch], QValues]
 #: ``sum``: one TD error of the total (the paper); ``heads``: one for each head.
 TdError = Literal["sum", "heads"]
 #: What follows a transition in the TD target: ``policy``, the actor's own action (the paper),
@@ -48,7 +48,7 @@ def td_target(
     discount: float,
     fleet: ShipBatch,
     target: TdTarget = "policy",
-) -> Values:
+) -> QValues:
     """y_k = r_k + γ·Q'_k(s', a'), head by head (Eq. 2).
 
     Nothing follows a terminated step; a truncated one is bootstrapped through.
@@ -70,7 +70,7 @@ def td_target(
     following = critic(observation, action, fleet)
     bootstrap = discount * (1.0 - batch.terminated)
     return jax.lax.stop_gradient(
-        Values(
+        QValues(
             batch.reward.waypoint + bootstrap * following.waypoint,
             batch.reward.by_ship + bootstrap[:, None] * following.by_ship,
         )
@@ -78,7 +78,7 @@ def td_target(
 
 
 def critic_loss(
-    critic: CriticFn, target: Values, batch: TransitionBatch, td_error: TdError, fleet: ShipBatch
+    critic: CriticFn, target: QValues, batch: TransitionBatch, td_error: TdError, fleet: ShipBatch
 ) -> Float[Array, ""]:
     """Mean squared TD error (Eq. 2): of the total, or summed over the heads."""
     value = critic(batch.observation, batch.action, fleet)

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm.bridge.server.protocol import LogCard
-from glasshelm.core.errors import NOT_JSON, InputError
+from glasshelm.core.errors import DECODE_ERRORS, InputError
 from glasshelm.frames.frame_log import MAX_LINE_BYTES
 
 SUFFIX = ".jsonl"
@@ -126,5 +126,5 @@ def _begins_with(line: bytes) -> tuple[bool, str | None]:
     """Whether a log may begin so, and when it does."""
     try:
         return True, msgspec.json.decode(line, type=_When).time_utc
-    except NOT_JSON:
+    except DECODE_ERRORS:
         return False, None

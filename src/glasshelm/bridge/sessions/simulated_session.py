@@ -8,7 +8,7 @@ from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.encounters.types import Scenario
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.simulation.prediction import predicted
+from glasshelm.simulation.prediction import predict_track
 from glasshelm.simulation.voyage import Voyage, VoyageCheckpoint, steps_of
 
 
@@ -26,7 +26,7 @@ class LoggedVoyage:
         """Sail until that frame is there; whether it is."""
         while len(self.record) <= number:
             place = self.voyage.place
-            frames = self.voyage.sail_on()
+            frames = self.voyage.advance()
             if not frames:
                 return False
             try:
@@ -44,7 +44,7 @@ class LoggedVoyage:
         """
         place = self.voyage.place
         self.voyage.place = self.places[number]
-        self.voyage.hand_over(pilot)
+        self.voyage.change_pilot(pilot)
         try:
             other = LoggedVoyage(self.voyage, self._logs)
             try:
@@ -69,7 +69,7 @@ def _log(logs: Path, voyage: Voyage) -> Path:
 def _predicted(voyage: Voyage, place: VoyageCheckpoint) -> Predicted:
     """Own ship's track from a place of the voyage on."""
     state, memory = place.carry.state, place.carry.memory
-    own = predicted(place.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
+    own = predict_track(place.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
     return track_of(own, voyage.settings.step_s)
 
 
@@ -114,7 +114,7 @@ class SimulatedSession(Session):
 
     def ready(self, pilot: Pilot, ahead: bool = True) -> None:
         voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
-        voyage.sail_on()
+        voyage.advance()
         if ahead:
             _predicted(voyage, voyage.place)
 
