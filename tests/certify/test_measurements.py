@@ -1,5 +1,7 @@
 """Raw plots say the same as what the pilot saw."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +15,8 @@ from glasshelm.ship.nomoto import SHIPS
 SHIP = SHIPS["paper"]
 
 
+@functools.cache
+@jax.jit
 def _sailed():
     encounter = random_encounter(jax.random.key(2), SHIP, RandomEncounters(targets=(3, 3)))
     state, scene, first = reset(encounter, SHIP), empty_plots(encounter.present.shape[-1]), True

@@ -98,7 +98,7 @@ def test_a_pilots_own_way_comes_true(name):
     pilot = load(name)
     ship = pilot.trained.ship
     keys = jax.random.split(jax.random.key(5), 48)
-    encounters = jax.vmap(lambda key: random_encounter(key, ship, PAPER))(keys)
+    encounters = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))(keys)
 
     def sailed(encounter):
         def go(state, _):
