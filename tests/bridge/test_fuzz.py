@@ -15,9 +15,9 @@ from tests.bridge.frames import frame
 from tests.bridge.process import PATIENCE_S, viewing
 from tests.bridge.serving import closed_within, connected, served, upgraded, ws_frame
 
-from glasshelm.bridge.server.access_control import COOKIE, AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.connections import Room
+from glasshelm.bridge.server.access_control import TOKEN_COOKIE, AccessControl
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.connections import ConnectionLimits
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
@@ -64,12 +64,12 @@ def bridge(tmp_path_factory) -> Iterator[Served]:
     for k in range(20):
         record.append(frame(5 * k))
     record.close()
-    conductor = SessionHub(SourceList(LogIndex(folder)), folder)
+    hub = SessionHub(SourceList(LogIndex(folder)), folder)
     guard = AccessControl("127.0.0.1", OWNER, VIEWER)
-    app = application(
-        conductor, guard, lambda: ReplaySession(SessionLog(record.path, fresh=False)), static=static
+    app = create_app(
+        hub, guard, lambda: ReplaySession(SessionLog(record.path, fresh=False)), static=static
     )
-    with served(app, Room()) as (_, port):
+    with served(app, ConnectionLimits()) as (_, port):
         server = Served(port)
 
         class Listening(logging.Handler):
@@ -99,7 +99,7 @@ value = st.one_of(
     odd,
     st.sampled_from(
         ["http://[::1", "http://[", "null", "http://127.0.0.1:1", "%ff%00", "[::1", "::1]", OWNER,
-         VIEWER, f"{COOKIE}={OWNER}", f"{COOKIE}={VIEWER}", f"{COOKIE}=\xff\xfe", "\x80", "chunked",
+         VIEWER, f"{TOKEN_COOKIE}={OWNER}", f"{TOKEN_COOKIE}={VIEWER}", f"{TOKEN_COOKIE}=\xff\xfe", "\x80", "chunked",
          "websocket", "upgrade", "keep-alive, Upgrade", "999999999999999999999", "-1", "13", "0",
          "permessage-deflate; server_max_window_bits=99", "x" * 9000, "gzip", "bytes=0-,5-",
          "Mon, 99 Foo 2000", "W/\"x", "100-continue", "dGhlIHNhbXBsZSBub25jZQ=="]
@@ -125,7 +125,7 @@ method = st.sampled_from(
 @fuzzed
 @given(method, target, query, st.lists(header, max_size=8), st.binary(max_size=200), st.booleans())
 @example("GET", "/ws", f"?token={OWNER}", [("Origin", "http://[::1")], b"", True)
-@example("GET", "/", "?token=%ff%fe", [("Cookie", f"{COOKIE}=\xff\xfe")], b"", True)
+@example("GET", "/", "?token=%ff%fe", [("Cookie", f"{TOKEN_COOKIE}=\xff\xfe")], b"", True)
 @example("GET", "/", f"?token={OWNER}", [("Origin", "null"), ("Origin", "http://[")], b"", True)
 @example("POST", "/", "", [("Transfer-Encoding", "chunked")], b"zz\r\n\r\n", True)
 def test_any_request_is_answered_or_closed(bridge, method, target, query, headers, body, host):

@@ -15,10 +15,10 @@ from tests.bridge.process import PATIENCE_S, free_port, start, viewing
 
 from glasshelm.bridge.server import connections
 from glasshelm.bridge.server.access_control import AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.connections import Config
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.connections import ServerConfig
 from glasshelm.bridge.server.session_hub import SessionHub
-from glasshelm.bridge.server.viewer_queue import MOST_FRAMES, MOST_OTHERS
+from glasshelm.bridge.server.viewer_queue import MAX_FRAMES, MAX_OTHERS
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
 from glasshelm.bridge.sessions.session_log import SessionLog
@@ -123,34 +123,34 @@ BUFFER = 65_536
 
 @pytest.fixture
 def flood(tmp_path, monkeypatch):
-    """A server of 400 frames of about 100 kB each, and its conductor."""
+    """A server of 400 frames of about 100 kB each, and its hub."""
     # However slow the machine, she who does not read is not dropped before the end.
-    monkeypatch.setattr(connections, "STALL_S", 600.0)
+    monkeypatch.setattr(connections, "STALL_TIMEOUT_S", 600.0)
     record = SessionLog(tmp_path / "long.jsonl", fresh=True)
     others = [Other(str(k), east_m=5000.0 + 100 * k, fed=False) for k in range(330)]
     for k in range(400):
         record.append(frame(5 * k, *others))
     record.close()
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(
-        conductor,
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(
+        hub,
         AccessControl("127.0.0.1", None),
         lambda: _Stream(SessionLog(record.path, fresh=False)),
     )
     bound = socket.create_server(("127.0.0.1", 0))
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)
-    server = uvicorn.Server(Config(app))
+    server = uvicorn.Server(ServerConfig(app))
     thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[bound])))
     thread.start()
     try:
-        yield conductor, bound.getsockname(), record.path.stat().st_size
+        yield hub, bound.getsockname(), record.path.stat().st_size
     finally:
         server.should_exit = True
         thread.join(timeout=PATIENCE_S)
 
 
 def test_a_viewer_who_does_not_read_loses_frames_and_costs_no_memory(flood):
-    conductor, (host, port), size = flood
+    hub, (host, port), size = flood
     url = f"ws://{host}:{port}/ws"
     little = socket.socket()
     little.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
@@ -163,12 +163,12 @@ def test_a_viewer_who_does_not_read_loses_frames_and_costs_no_memory(flood):
             message = json.loads(fast.recv(timeout=PATIENCE_S))
             if message["type"] == "frame":
                 last = message["frame"]["time_s"]
-            for outbox in conductor.viewers:
-                assert len(outbox) <= MOST_FRAMES + MOST_OTHERS + 5
+            for outbox in hub.viewers:
+                assert len(outbox) <= MAX_FRAMES + MAX_OTHERS + 5
                 now = tuple(outbox._waiting)  # at once: the server's thread goes on
                 waiting = sum(len(text) for kind, text in now if kind == "frame")
                 held = max(held, waiting)
-        dropped = max(outbox.dropped for outbox in conductor.viewers)
+        dropped = max(outbox.dropped for outbox in hub.viewers)
         assert dropped > 100
         assert held < size / 20
         # She who was slow gets the newest ones when she reads again.

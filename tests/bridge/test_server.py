@@ -8,12 +8,12 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
 from glasshelm.bridge.server.access_control import AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.protocol import LARGEST
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.protocol import MAX_REQUEST_BYTES
 from glasshelm.bridge.server.server import bind, serve
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
-from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.session_factory import prepare_session
 from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
@@ -70,8 +70,8 @@ def bridge(folder, source: str | None = "imazu:1", pilot: str = "straight"):
     catalogue = SourceList(LogIndex(folder))
     first = None
     if source is not None:
-        first = prepared(catalogue, folder, source, pilot, "paper", None, None)
-    app = application(SessionHub(catalogue, folder), AccessControl("127.0.0.1", None), first)
+        first = prepare_session(catalogue, folder, source, pilot, "paper", None, None)
+    app = create_app(SessionHub(catalogue, folder), AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client:
         yield client
 
@@ -234,13 +234,13 @@ def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path)
         ("traffic.csv", None, "traffic.csv: "),
     ):
         with pytest.raises(InputError) as told:
-            prepared(catalogue, tmp_path, source, "straight", None, own, None)
+            prepare_session(catalogue, tmp_path, source, "straight", None, own, None)
         assert str(told.value).startswith(line)
         assert "/" not in str(told.value)
     gone = SourceList(LogIndex(tmp_path), f"live:{file}")
     file.unlink()
     with pytest.raises(InputError, match=r"no feed 'traffic.csv' \(nor such a file\)"):
-        gone.live(None)
+        gone.open_feed(None)
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"^log.jsonl: cannot write the log \(its folder"):
         SessionLog(tmp_path / "file" / "log.jsonl", fresh=True)
@@ -254,8 +254,8 @@ def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
         ("imazu:1", "straight", None, "paper"),
         ("gulf-of-finland", "straight", None, "paper"),
     ):
-        session = prepared(catalogue, tmp_path, source, pilot, ship, None, None)()
-        assert session.card.ship == sailed
+        session = prepare_session(catalogue, tmp_path, source, pilot, ship, None, None)()
+        assert session.info.ship == sailed
         session.close()
 
 
@@ -268,7 +268,7 @@ def test_mangled_messages_are_answered_counted_and_survived(tmp_path):
             viewer.until("failure")
         viewer._socket.send_bytes(b"\xff\x00")
         viewer.until("failure")
-        viewer.ask("ping", filler="x" * LARGEST).until("failure")
+        viewer.ask("ping", filler="x" * MAX_REQUEST_BYTES).until("failure")
         assert "at most" in viewer.failures[-1]
         viewer.ask("acknowledge", id="none").until("failure")
         health = client.get("/api/health").json()
@@ -373,17 +373,17 @@ def test_a_replayed_log_is_asked_and_one_of_other_weights_is_refused(tmp_path):
 
 def test_a_token_is_read_with_at_the_command_line_s_server_alone(tmp_path):
     given = SourceList(LogIndex(tmp_path), "signalk://127.0.0.1:9", token="secret")
-    assert given.live(None)._server._token == "secret"
+    assert given.open_feed(None)._server._token == "secret"
     with pytest.raises(InputError, match="choose one of the catalogue"):
-        prepared(given, tmp_path, "signalk://127.0.0.1:10", "straight", None, None, None)
+        prepare_session(given, tmp_path, "signalk://127.0.0.1:10", "straight", None, None, None)
 
 
 def test_a_first_session_that_cannot_begin_ends_the_server(tmp_path):
     def first():
         raise InputError("log: cannot write the log (No space left on device)")
 
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(conductor, AccessControl("127.0.0.1", None), first)
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(hub, AccessControl("127.0.0.1", None), first)
     with pytest.raises(InputError, match="No space left"):
         serve(app, bind("127.0.0.1", 0), "", browse=False, ready=lambda: None)
 
@@ -393,9 +393,9 @@ def test_a_feed_that_cannot_listen_is_told_to_who_comes_later_and_on_the_console
         taken.bind(("127.0.0.1", 0))
         source = f"udp://127.0.0.1:{taken.getsockname()[1]}"
         catalogue = SourceList(LogIndex(tmp_path), source)
-        first = prepared(catalogue, tmp_path, source, "straight", None, None, None)
-        conductor = SessionHub(catalogue, tmp_path)
-        app = application(conductor, AccessControl("127.0.0.1", None), first)
+        first = prepare_session(catalogue, tmp_path, source, "straight", None, None, None)
+        hub = SessionHub(catalogue, tmp_path)
+        app = create_app(hub, AccessControl("127.0.0.1", None), first)
         with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:
             while "in use" not in str(viewer.session.get("notes")):
                 viewer.hear()

@@ -1,7 +1,7 @@
 import pytest
 from tests.bridge.frames import Other, frame
 
-from glasshelm.bridge.sessions import session_log as record_module
+from glasshelm.bridge.sessions import session_log
 from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.core.errors import InputError
 from glasshelm.frames import frame_log
@@ -27,22 +27,22 @@ def test_the_record_is_a_log_and_a_log_is_a_record(tmp_path):
 
 
 def record_of(record: SessionLog) -> list:
-    return [record_module._decoder.decode(line) for line in record.lines(0, len(record))]
+    return [session_log._decoder.decode(line) for line in record.lines(0, len(record))]
 
 
 @pytest.mark.parametrize(("time_s", "number"), [(-1, 0), (0, 0), (4.9, 0), (5, 1), (1e6, 19)])
 def test_a_time_is_found(tmp_path, time_s, number):
-    assert written(tmp_path / "a.jsonl").at(float(time_s)) == number
+    assert written(tmp_path / "a.jsonl").index_at(float(time_s)) == number
 
 
 def test_history_is_bounded_in_frames_and_in_bytes(tmp_path, monkeypatch):
     record = written(tmp_path / "a.jsonl")
     assert len(record.history(20)) == 20
-    monkeypatch.setattr(record_module, "HISTORY_FRAMES", 7)
+    monkeypatch.setattr(session_log, "HISTORY_FRAMES", 7)
     assert record.history(20) == record.lines(13, 20)
-    monkeypatch.setattr(record_module, "HISTORY_BYTES", 3 * (len(record.line(19)) + 1))
+    monkeypatch.setattr(session_log, "HISTORY_BYTES", 3 * (len(record.line(19)) + 1))
     assert record.history(20) == record.lines(17, 20)
-    monkeypatch.setattr(record_module, "HISTORY_BYTES", 1)
+    monkeypatch.setattr(session_log, "HISTORY_BYTES", 1)
     assert record.history(20) == record.lines(19, 20)
     assert record.history(0) == []
 

@@ -67,12 +67,12 @@ def run(
 
     enable_compile_cache()
     from glasshelm.bridge.server.access_control import AccessControl
-    from glasshelm.bridge.server.app import application
-    from glasshelm.bridge.server.server import address, bind, room_here, serve
+    from glasshelm.bridge.server.app import create_app
+    from glasshelm.bridge.server.server import bind, limits_of_process, page_url, serve
     from glasshelm.bridge.server.session_hub import SessionHub
-    from glasshelm.bridge.sessions.log_index import LogIndex, default_logs
-    from glasshelm.bridge.sessions.session_factory import check_log, prepared, replayed
-    from glasshelm.bridge.sessions.source_list import SourceList, is_feed
+    from glasshelm.bridge.sessions.log_index import LogIndex, default_log_dir
+    from glasshelm.bridge.sessions.session_factory import check_log, open_replay, prepare_session
+    from glasshelm.bridge.sessions.source_list import SourceList, is_live_source
     from glasshelm.certify.sensor_error_bounds import declared
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
@@ -83,12 +83,12 @@ def run(
     console = Terminal()
     guard = AccessControl(host, token, viewer_token)
     bounds = None if errors == "off" else declared(errors)
-    logs = default_logs() if log is None else log
+    logs = default_log_dir() if log is None else log
     if replay is None or log is not None:
         try:
             writable_folder(logs)
         except InputError as error:
-            if not is_feed(source) or replay is not None:
+            if not is_live_source(source) or replay is not None:
                 raise
             # Live traffic is watched all the same, and logged as soon as it can be.
             console.print(f"logs:   {error}", markup=False, highlight=False, soft_wrap=True)
@@ -97,20 +97,20 @@ def run(
     catalogue = SourceList(LogIndex(logs), source, pilot, signalk_token, minutes)
     if replay is not None:
         check_log(replay)
-        first = lambda: replayed(replay, conductor.preparing.share)  # noqa: E731
+        first = lambda: open_replay(replay, hub.jobs.report_progress)  # noqa: E731
     else:
-        first = prepared(catalogue, logs, source, pilot, ship, own, at)
+        first = prepare_session(catalogue, logs, source, pilot, ship, own, at)
     writer = SignalKWriter(signalk_server(source, signalk_token)) if write_back else None
     bound = bind(host, port)
-    url = address(bound, token)
-    room = room_here()
-    conductor = SessionHub(catalogue, logs, writer, bounds)
-    app = application(conductor, guard, first, most_viewers=room.viewers)
+    url = page_url(bound, token)
+    room = limits_of_process()
+    hub = SessionHub(catalogue, logs, writer, bounds)
+    app = create_app(hub, guard, first, most_viewers=room.viewers)
 
     def ready() -> None:
         said = {"bridge": url, "logs": logs}
         if viewer_token is not None:
-            said = {"bridge": url, "view only": address(bound, viewer_token), "logs": logs}
+            said = {"bridge": url, "view only": page_url(bound, viewer_token), "logs": logs}
         for name, what in said.items():
             console.say(f"{name + ':':{max(map(len, said)) + 1}} {what}")
         console.say("Advisory research software, not for navigation. Ctrl-C stops.")

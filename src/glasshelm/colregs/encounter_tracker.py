@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from glasshelm.bridge.server.protocol import Meeting
+from glasshelm.bridge.server.protocol import EncounterStatus
 from glasshelm.colregs.classification import STOPPED_M_S, Kind, Meetings
 from glasshelm.core.geometry import velocity, wrap_angle
 from glasshelm.encounters.types import Motion
@@ -23,12 +23,12 @@ from glasshelm.ship.nomoto import ShipState
 
 #: Rules 13-15 name the meeting; who stands on obeys Rule 17.
 _TOLD = {
-    Kind.NONE: Meeting("none", "none", None),
-    Kind.HEAD_ON: Meeting("head-on", "give-way", "14"),
-    Kind.CROSSING_GIVE_WAY: Meeting("crossing", "give-way", "15"),
-    Kind.CROSSING_STAND_ON: Meeting("crossing", "stand-on", "17"),
-    Kind.OVERTAKING: Meeting("overtaking", "give-way", "13"),
-    Kind.OVERTAKEN: Meeting("overtaken", "stand-on", "17"),
+    Kind.NONE: EncounterStatus("none", "none", None),
+    Kind.HEAD_ON: EncounterStatus("head-on", "give-way", "14"),
+    Kind.CROSSING_GIVE_WAY: EncounterStatus("crossing", "give-way", "15"),
+    Kind.CROSSING_STAND_ON: EncounterStatus("crossing", "stand-on", "17"),
+    Kind.OVERTAKING: EncounterStatus("overtaking", "give-way", "13"),
+    Kind.OVERTAKEN: EncounterStatus("overtaken", "stand-on", "17"),
 }
 
 
@@ -42,7 +42,7 @@ class EncounterTracker:
         #: The kind of each meeting in the frame seen last, by the target's id.
         self.kinds: dict[str, Kind] = {}
 
-    def see(self, frame: Frame) -> dict[str, Meeting]:
+    def see(self, frame: Frame) -> dict[str, EncounterStatus]:
         """What own ship is to each target that is shown, by the target's id."""
         targets = frame.targets
         slots = bucket_size(len(targets))

@@ -8,7 +8,7 @@ hers as long as she is shown.
 
 import dataclasses
 
-from glasshelm.bridge.server.protocol import Alarm, Limits
+from glasshelm.bridge.server.protocol import Alarm, SetLimits
 from glasshelm.frames.phrases import approach, lasting, miles
 from glasshelm.frames.schema import Frame, Target
 
@@ -19,7 +19,7 @@ PAST_S = 15.0
 
 
 @dataclasses.dataclass(frozen=True)
-class _Raised:
+class _ActiveAlarm:
     id: str
     since_s: float
     acknowledged: bool = False
@@ -28,19 +28,19 @@ class _Raised:
 class AlarmList:
     """The alarms of a session; ``limits`` may be set at any time."""
 
-    def __init__(self, limits: Limits = Limits()):
+    def __init__(self, limits: SetLimits = SetLimits()):
         self.limits = limits
-        self._raised: dict[str, _Raised] = {}
+        self._raised: dict[str, _ActiveAlarm] = {}
         self._number = 0
 
-    def see(self, frame: Frame) -> list[Alarm]:
+    def update(self, frame: Frame) -> list[Alarm]:
         """The alarms of this instant, the soonest first."""
         here = {target.id: target for target in frame.targets}
         raised = {i: a for i, a in self._raised.items() if i in here and self._stays(here[i])}
         for target in here.values():
             if target.id not in raised and self._begins(target):
                 self._number += 1
-                raised[target.id] = _Raised(f"cpa-{self._number}", frame.time_s)
+                raised[target.id] = _ActiveAlarm(f"cpa-{self._number}", frame.time_s)
         self._raised = raised
         told = [self._told(here[i], alarm) for i, alarm in raised.items()]
         return sorted(told, key=lambda alarm: (alarm.tcpa_s, alarm.dcpa_m))
@@ -61,7 +61,7 @@ class AlarmList:
         near = target.dcpa_m <= RELEASE * self.limits.dcpa_m
         return target.lost or (near and -PAST_S < target.tcpa_s <= RELEASE * self.limits.tcpa_s)
 
-    def _told(self, target: Target, alarm: _Raised) -> Alarm:
+    def _told(self, target: Target, alarm: _ActiveAlarm) -> Alarm:
         limit = f"limits {miles(self.limits.dcpa_m)} and {lasting(self.limits.tcpa_s)}"
         lost = "; lost, as last heard" if target.lost else ""
         return Alarm(

@@ -17,7 +17,7 @@ from statistics import median
 import msgspec
 
 from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.server.fault_log import one_line
+from glasshelm.bridge.server.fault_log import describe_error
 from glasshelm.certify.logged_measurements import CELLS, band_of
 from glasshelm.certify.rudder_band import ALONE, certifiable
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
@@ -28,7 +28,7 @@ from glasshelm.report.band_text import in_full, in_short
 from glasshelm.whatif.logged_world import pilot_of
 
 #: Of one core's time, and of the time that a frame stands, at most this share is spent on bands.
-SHARE = 0.25
+CPU_SHARE = 0.25
 #: Seconds that a batch of bounds takes, until some have been measured.
 _GUESS_S = 0.1
 #: The median of so many counts: one that had to compile is none of them.
@@ -39,7 +39,7 @@ _FORGET = 0.97
 _log = logging.getLogger("glasshelm.bridge")
 
 
-class Bands:
+class BandWorker:
     """Tells the band of the frame shown, or in words why there is none.
 
     ``want`` and ``told`` belong to the event loop. Without ``errors`` nothing is ever told.
@@ -53,19 +53,19 @@ class Bands:
     ):
         self._errors, self._named, self._tell = errors, named, tell
         #: What a viewer who comes now has to be told.
-        self.told: list[tuple[str, bytes]] = []
+        self.snapshot: list[tuple[str, bytes]] = []
         self._wanted: tuple[Sequence[Frame], float] | None = None
         self._done: tuple[Frame, int] | None = None
         self._batch_s = deque([_GUESS_S] * (_LAST // 2 + 1), maxlen=_LAST)
         self._wake = asyncio.Event()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="band")
 
-    def want(self, frames: Sequence[Frame], stands_s: float) -> None:
+    def request(self, frames: Sequence[Frame], stands_s: float) -> None:
         """The last of these frames is shown, for so long; the others came before it."""
         if self._errors is None or not frames:
             return
         if self._wanted is None or self._wanted[0][-1] is not frames[-1]:
-            self.told = []
+            self.snapshot = []
         self._wanted = frames, stands_s
         self._wake.set()
 
@@ -82,20 +82,24 @@ class Bands:
                 continue
             begun = time.monotonic()
             loop = asyncio.get_running_loop()
-            job = loop.run_in_executor(self._thread, told, frames, self._named, errors, cells)
+            job = loop.run_in_executor(
+                self._thread, band_message, frames, self._named, errors, cells
+            )
             try:
                 message = await job
             except Exception as error:
                 _log.exception("a band failed")
-                message = banded(frames[-1], f"no certified band: it failed ({one_line(error)})")
+                message = to_message(
+                    frames[-1], f"no certified band: it failed ({describe_error(error)})"
+                )
             took_s = time.monotonic() - begun
             if self._wanted[0][-1] is frames[-1]:
                 self._done = frames[-1], cells
-                self.told = [("band", m.written(message))]
-                self._tell(self.told)
+                self.snapshot = [("band", m.encode(message))]
+                self._tell(self.snapshot)
             if message.band is not None and frames[-1].band is None:
                 self._batch_s.append(took_s / _batches(cells))
-                await asyncio.sleep((1 / SHARE - 1) * self._usual_s * _batches(cells))
+                await asyncio.sleep((1 / CPU_SHARE - 1) * self._usual_s * _batches(cells))
             elif cells == 0:
                 self._batch_s.append(max(_FORGET * self._usual_s, min(_GUESS_S, self._usual_s)))
 
@@ -109,7 +113,7 @@ class Bands:
 
     def _cells(self, stands_s: float) -> int:
         """As many bounds as there is time for; 0 if not even one."""
-        batches = min(SHARE * stands_s / self._usual_s, _batches(CELLS))
+        batches = min(CPU_SHARE * stands_s / self._usual_s, _batches(CELLS))
         return 0 if batches < 1 else 1 + ALONE * (int(batches) - 1)
 
 
@@ -117,9 +121,9 @@ def _batches(cells: int) -> int:
     return 1 + math.ceil((cells - 1) / ALONE)
 
 
-def told(
+def band_message(
     frames: Sequence[Frame], named: Callable[[str], Pilot], errors: SensorErrorBounds, cells: int
-) -> m.Banded:
+) -> m.BandMessage:
     """The band of the last of these frames, with at most so many bounds, or why there is none.
 
     A frame that carries its band is told as it was logged.
@@ -136,12 +140,12 @@ def told(
             found = msgspec.structs.replace(frame, band=band)
         except InputError as error:
             why = f"no certified band: {error}"
-    return banded(found, why)
+    return to_message(found, why)
 
 
-def banded(frame: Frame, why: str = "") -> m.Banded:
+def to_message(frame: Frame, why: str = "") -> m.BandMessage:
     """The band that a frame carries, as it is told; or why it has none."""
     rudder = None if frame.decision is None else frame.decision.rudder_rad
-    return m.Banded(
+    return m.BandMessage(
         frame.time_s, frame.pilot, rudder, frame.band, in_short(frame), why or in_full(frame)
     )

@@ -27,18 +27,20 @@ POINT_S = 30.0
 
 
 @dataclasses.dataclass(frozen=True)
-class Question:
+class WhatIfQuery:
     """Everything that an answer needs, taken from the session while nobody else uses it."""
 
-    asked: m.WhatIf
+    asked: m.AskWhatIf
     frames: list[Frame]
     number: int
     pilot: Pilot
 
     @staticmethod
-    def of(asked: m.WhatIf, session: Session, named: Callable[[str], Pilot]) -> "Question":
+    def from_request(
+        asked: m.AskWhatIf, session: Session, named: Callable[[str], Pilot]
+    ) -> "WhatIfQuery":
         """The question about the frame shown; its pilot is the one who made that frame."""
-        at, record = session.at, session.record
+        at, record = session.index, session.log
         if at < 0:
             raise InputError("nothing is shown yet")
         first, end = max(at - BEFORE, 0), min(at + 1 + AFTER, len(record))
@@ -46,15 +48,15 @@ class Question:
         decode = msgspec.json.Decoder(Frame).decode
         frames = [decode(line) for line in record.lines(first, end)]
         number = at - first
-        return Question(asked, frames, number, pilot_of(frames[number], named))
+        return WhatIfQuery(asked, frames, number, pilot_of(frames[number], named))
 
 
-def answered(question: Question) -> m.Answer:
+def answer(question: WhatIfQuery) -> m.WhatIfMessage:
     """Sail both futures for half an hour. InputError for what cannot be asked of this frame."""
     asked = question.asked
     change = _change(asked)
     told = what_if(question.frames, question.number, question.pilot, [change], MINUTES)
-    return m.Answer(
+    return m.WhatIfMessage(
         time_s=question.frames[question.number].time_s,
         change=asked.change,
         ship=asked.ship,
@@ -65,7 +67,7 @@ def answered(question: Question) -> m.Answer:
     )
 
 
-def _change(asked: m.WhatIf) -> Change:
+def _change(asked: m.AskWhatIf) -> Change:
     if asked.change == "rudder":
         if asked.degrees is None:
             raise InputError("a rudder in degrees is asked for")

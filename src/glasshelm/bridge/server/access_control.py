@@ -10,11 +10,11 @@ from glasshelm.bridge.server.protocol import Role
 from glasshelm.core.errors import InputError
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
-SHORTEST_TOKEN = 12
-COOKIE = "glasshelm-token"
+MIN_TOKEN_LENGTH = 12
+TOKEN_COOKIE = "glasshelm-token"
 
 #: Sent with every answer: nothing comes from elsewhere, nobody may frame the page.
-HEADERS = {
+SECURITY_HEADERS = {
     "Content-Security-Policy": (
         "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
         "font-src 'self' data:; connect-src 'self'; object-src 'none'; base-uri 'none'; "
@@ -42,12 +42,12 @@ class AccessControl:
         if token is None and host not in LOOPBACK:
             raise InputError(
                 f"--host {host}: others can reach this address; "
-                f"give a --token of {SHORTEST_TOKEN} characters or more as well"
+                f"give a --token of {MIN_TOKEN_LENGTH} characters or more as well"
             )
         for option, given in (("--token", token), ("--viewer-token", viewer_token)):
             if given is not None and not _is_token(given):
                 raise InputError(
-                    f"{option}: must be {SHORTEST_TOKEN} ASCII characters or more, without spaces"
+                    f"{option}: must be {MIN_TOKEN_LENGTH} ASCII characters or more, without spaces"
                 )
         if viewer_token is not None and token is None:
             raise InputError("--viewer-token: give the owner's --token as well")
@@ -55,10 +55,10 @@ class AccessControl:
             raise InputError("--viewer-token: must be another than the --token of the owner")
         self.token, self.viewer_token = token, viewer_token
 
-    def problem(self, connection: HTTPConnection) -> str | None:
+    def refusal(self, connection: HTTPConnection) -> str | None:
         """Why a connection is refused, in one line; None if it may pass."""
         host = connection.headers.get("host", "")
-        if self.token is None and (_name(host) not in LOOPBACK):
+        if self.token is None and (_hostname(host) not in LOOPBACK):
             return "this server answers to 127.0.0.1 and localhost only"
         for origin in connection.headers.getlist("origin"):
             if origin.lower() not in (f"http://{host.lower()}", f"https://{host.lower()}"):
@@ -75,30 +75,30 @@ class AccessControl:
         if self.token is None:
             return "owner"
         given: Mapping[str, str] = connection.query_params
-        for text in (given.get("token", ""), connection.cookies.get(COOKIE, "")):
-            owns, views = _same(text, self.token), _same(text, self.viewer_token)
+        for text in (given.get("token", ""), connection.cookies.get(TOKEN_COOKIE, "")):
+            owns, views = _matches(text, self.token), _matches(text, self.viewer_token)
             if owns or views:
                 return "owner" if owns else "viewer"
         return None
 
-    def cookie(self, connection: HTTPConnection) -> str | None:
+    def cookie_token(self, connection: HTTPConnection) -> str | None:
         """What the browser is to show from now on: the token that it came with."""
         return {"owner": self.token, "viewer": self.viewer_token, None: None}[self.role(connection)]
 
 
 def _is_token(text: str) -> bool:
     """Whether it can be a secret, and stand in an address and a cookie."""
-    return len(text) >= SHORTEST_TOKEN and all("!" <= letter <= "~" for letter in text)
+    return len(text) >= MIN_TOKEN_LENGTH and all("!" <= letter <= "~" for letter in text)
 
 
-def _same(text: str, token: str | None) -> bool:
+def _matches(text: str, token: str | None) -> bool:
     """Whether it is the token, in a time that does not tell how much of it is right."""
     wanted = token or ""
     same = hmac.compare_digest(text.encode(errors="replace"), wanted.encode())
     return same and token is not None
 
 
-def _name(host: str) -> str:
+def _hostname(host: str) -> str:
     """The name in a Host header, without its port."""
     try:
         return urlsplit(f"//{host}").hostname or ""

@@ -17,27 +17,27 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from glasshelm import __version__
-from glasshelm.bridge.server.access_control import COOKIE, HEADERS, AccessControl
-from glasshelm.bridge.server.session_hub import MOST_VIEWERS, SessionHub
+from glasshelm.bridge.server.access_control import SECURITY_HEADERS, TOKEN_COOKIE, AccessControl
+from glasshelm.bridge.server.session_hub import MAX_VIEWERS, SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions.session import Session
 
-STATIC = Path(__file__).parent.parent / "static"
-_UNBUILT = (
+STATIC_DIR = Path(__file__).parent.parent / "static"
+_PAGE_NOT_BUILT = (
     "<!doctype html><html lang=en><meta charset=utf-8><title>Glasshelm</title>"
     "<p>The page is not built in this copy. In a clone of the repository run "
     "<code>make page</code>, then reload.</p></html>"
 )
 
 
-def application(
-    conductor: SessionHub,
+def create_app(
+    hub: SessionHub,
     guard: AccessControl,
     first: Callable[[], Session] | None = None,
-    static: Path = STATIC,
-    most_viewers: int = MOST_VIEWERS,
+    static: Path = STATIC_DIR,
+    most_viewers: int = MAX_VIEWERS,
 ) -> Starlette:
-    """The application around a conductor, whose clock runs as long as it does.
+    """The application around a hub, whose clock runs as long as it does.
 
     ``first`` opens the session that is shown at the beginning; ``state.opening`` is the task
     that does, and tells whether it failed. A tenth of ``most_viewers`` is kept for owners.
@@ -46,10 +46,10 @@ def application(
 
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
-        tasks = [asyncio.create_task(conductor.run())]
-        app.state.withdraw = conductor.withdraw
+        tasks = [asyncio.create_task(hub.run())]
+        app.state.withdraw = hub.withdraw
         if first is not None:
-            app.state.opening = asyncio.create_task(conductor.show(first))
+            app.state.opening = asyncio.create_task(hub.show(first))
             tasks.append(app.state.opening)
         try:
             yield
@@ -57,15 +57,15 @@ def application(
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-            conductor.close()
+            hub.close()
 
     async def index(request: Request) -> Response:
         page = static / "index.html"
-        text = page.read_text(encoding="utf-8") if page.is_file() else _UNBUILT
+        text = page.read_text(encoding="utf-8") if page.is_file() else _PAGE_NOT_BUILT
         answer = HTMLResponse(text, headers={"Cache-Control": "no-cache"})
-        token = guard.cookie(request)
+        token = guard.cookie_token(request)
         if token is not None:
-            answer.set_cookie(COOKIE, token, httponly=True, samesite="strict")
+            answer.set_cookie(TOKEN_COOKIE, token, httponly=True, samesite="strict")
         return answer
 
     built = StaticFiles(directory=static, check_dir=False)
@@ -75,19 +75,19 @@ def application(
         await (built if there else PlainTextResponse("Not Found", 404))(scope, receive, send)
 
     async def health(request: Request) -> Response:
-        troubles = conductor.troubles
-        dropped = conductor.dropped + sum(viewer.dropped for viewer in conductor.viewers)
+        troubles = hub.faults
+        dropped = hub.dropped + sum(viewer.dropped for viewer in hub.viewers)
         return JSONResponse(
             {
                 "version": __version__,
                 "status": "failing" if troubles else "ok",
                 "troubles": troubles,
-                "viewers": len(conductor.viewers),
-                "messages": conductor.asked,
-                "refused_messages": conductor.refused,
-                "failed_messages": conductor.failed,
+                "viewers": len(hub.viewers),
+                "messages": hub.asked,
+                "refused_messages": hub.refused,
+                "failed_messages": hub.failed,
                 "dropped_frames": dropped,
-                "heard": conductor.counted,
+                "heard": hub.feed_counts,
             }
         )
 
@@ -101,7 +101,7 @@ def application(
         seated.append(viewer)
         try:
             await websocket.accept()
-            await _look_on(websocket, conductor, viewer)
+            await _serve_viewer(websocket, hub, viewer)
         finally:
             seated.remove(viewer)
 
@@ -113,28 +113,28 @@ def application(
             WebSocketRoute("/ws", socket),
             Mount("/", files),
         ],
-        middleware=[Middleware(_Guarded, guard=guard)],
+        middleware=[Middleware(_AccessMiddleware, guard=guard)],
         lifespan=lifespan,
     )
 
 
-async def _look_on(websocket: WebSocket, conductor: SessionHub, viewer: ViewerQueue) -> None:
+async def _serve_viewer(websocket: WebSocket, hub: SessionHub, viewer: ViewerQueue) -> None:
     """Serve one viewer until either side closes."""
 
     async def send() -> None:
         with contextlib.suppress(WebSocketDisconnect, OSError):
             while True:
-                await websocket.send_text((await viewer.next()).decode())
+                await websocket.send_text((await viewer.get()).decode())
         group.cancel_scope.cancel()
 
     async def read() -> None:
-        await conductor.join(viewer)
+        await hub.join(viewer)
         while True:
             message = await websocket.receive()
             if message["type"] == "websocket.disconnect":
                 break
             text = message.get("text")
-            await conductor.heard(viewer, message.get("bytes") or b"" if text is None else text)
+            await hub.handle_message(viewer, message.get("bytes") or b"" if text is None else text)
         group.cancel_scope.cancel()
 
     try:
@@ -142,10 +142,10 @@ async def _look_on(websocket: WebSocket, conductor: SessionHub, viewer: ViewerQu
             group.start_soon(send)
             group.start_soon(read)
     finally:
-        conductor.leave(viewer)
+        hub.leave(viewer)
 
 
-class _Guarded:
+class _AccessMiddleware:
     """Asks the guard first, and adds the headers of security to every answer."""
 
     def __init__(self, app: ASGIApp, guard: AccessControl):
@@ -155,7 +155,7 @@ class _Guarded:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
-        problem = self._guard.problem(HTTPConnection(scope))
+        problem = self._guard.refusal(HTTPConnection(scope))
         if scope["type"] == "websocket":
             if problem is None:
                 await self._app(scope, receive, send)
@@ -165,7 +165,7 @@ class _Guarded:
 
         async def send_guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
-                added = [(k.lower().encode(), v.encode()) for k, v in HEADERS.items()]
+                added = [(k.lower().encode(), v.encode()) for k, v in SECURITY_HEADERS.items()]
                 message["headers"] = [*message.get("headers", []), *added]
             await send(message)
 

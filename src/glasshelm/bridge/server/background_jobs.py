@@ -12,7 +12,7 @@ Result = TypeVar("Result")
 Told = tuple[str, bytes]
 
 
-class Preparing:
+class BackgroundJobs:
     """A second thread beside the voyage's; ``tell`` lets all viewers know what it is busy with."""
 
     def __init__(self, tell: Callable[[list[Told]], None]):
@@ -22,12 +22,12 @@ class Preparing:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="prepare")
 
     @property
-    def told(self) -> list[Told]:
+    def snapshot(self) -> list[Told]:
         """What a viewer who comes now has to be told."""
         return [_message(self._what)] if self._what else []
 
     @contextlib.asynccontextmanager
-    async def of(self, what: str) -> AsyncIterator[None]:
+    async def announce(self, what: str) -> AsyncIterator[None]:
         """One at a time; all viewers are told of it."""
         async with self._lock:
             self._loop, self._name = asyncio.get_running_loop(), what
@@ -38,7 +38,7 @@ class Preparing:
                 self._name = ""
                 self._say("")
 
-    def share(self, done: float) -> None:
+    def report_progress(self, done: float) -> None:
         """Tell how much of it is done (0 to 1); called in the thread."""
         name = self._name
         if self._loop is not None and name:
@@ -52,7 +52,7 @@ class Preparing:
         self._what = what
         self._tell([_message(what or None)])
 
-    async def done(
+    async def run(
         self, job: Callable[[], Result], unwanted: Callable[[Result], object] | None = None
     ) -> Result:
         """The result of a job in the thread.
@@ -67,7 +67,7 @@ class Preparing:
                 future.add_done_callback(lambda done: _dispose(done, unwanted))
             raise
 
-    async def over(self) -> None:
+    async def wait_idle(self) -> None:
         """Wait until nothing is being prepared."""
         async with self._lock:
             pass
@@ -83,4 +83,4 @@ def _dispose(done: Future[Result], unwanted: Callable[[Result], object]) -> None
 
 
 def _message(what: str | None) -> Told:
-    return "preparing", m.written(m.Preparing(what))
+    return "preparing", m.encode(m.Preparing(what))

@@ -17,31 +17,31 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from glasshelm.bridge.server.protocol import LARGEST
+from glasshelm.bridge.server.protocol import MAX_REQUEST_BYTES
 
 #: A connection brings a whole request within so long, at first and after each answer [s].
-HEADER_S = 10.0
+REQUEST_TIMEOUT_S = 10.0
 #: It takes the answer to it within so long [s].
-ANSWER_S = 120.0
+RESPONSE_TIMEOUT_S = 120.0
 #: Longer messages close the socket [bytes]; those a little too long are answered in words.
-LARGEST_MESSAGE = 16 * LARGEST
+MAX_MESSAGE_BYTES = 16 * MAX_REQUEST_BYTES
 #: So many bytes of a viewer are read at once.
-PIECE = 4096
+READ_BYTES = 4096
 #: Fragments of one message at most.
-MOST_FRAGMENTS = 64
+MAX_FRAGMENTS = 64
 #: WebSocket frames (pings, fragments) or pieces read of a viewer: at once, and lasting [1/s].
-MOST_AT_ONCE, MOST_A_SECOND = 200, 50
+BURST_FRAMES, FRAMES_PER_S = 200, 50
 #: A viewer for whom something waits, and who takes nothing of it for so long, is dropped [s].
-STALL_S = 30.0
+STALL_TIMEOUT_S = 30.0
 #: How often that is looked at [s].
-LOOK_S = 5.0
+STALL_CHECK_S = 5.0
 
 #: Files that the rest of the program has open at most: logs, feeds, libraries.
 _OTHER_FILES = 64
 
 
 @dataclasses.dataclass(frozen=True)
-class Room:
+class ConnectionLimits:
     """For how many connections there is room.
 
     ``viewers`` look on; ``waiting`` have not become viewers (they ask for the page, or
@@ -53,14 +53,14 @@ class Room:
     backlog: int = 32
 
     @staticmethod
-    def for_files(most: int) -> "Room":
+    def for_files(most: int) -> "ConnectionLimits":
         """As much of it as so many open files allow: a server out of files answers nobody."""
         share = max((most - _OTHER_FILES) // 16, 1)
         # As many as four times the backlog are open before the first of them is closed.
-        return Room(min(100, 8 * share), min(64, 4 * share), min(32, share))
+        return ConnectionLimits(min(100, 8 * share), min(64, 4 * share), min(32, share))
 
 
-class Connections:
+class PendingConnections:
     """Those that are no viewers yet: each has a deadline, and of too many the oldest goes.
 
     It is the oldest of the address that has most of them, so that who floods the server crowds
@@ -78,7 +78,7 @@ class Connections:
     def add(self, transport: asyncio.Transport) -> None:
         """A new connection."""
         self._waiting[transport] = str((transport.get_extra_info("peername") or ("",))[0])
-        self.expect(transport, HEADER_S)
+        self.set_deadline(transport, REQUEST_TIMEOUT_S)
         if len(self._waiting) > self._most:
             crowd = Counter(self._waiting.values())
             most = max(crowd.values())
@@ -86,7 +86,7 @@ class Connections:
             self.remove(oldest)
             oldest.abort()
 
-    def expect(self, transport: asyncio.Transport, seconds: float) -> None:
+    def set_deadline(self, transport: asyncio.Transport, seconds: float) -> None:
         """It is closed if nothing else is expected of it, or it has not gone, within so long."""
         if transport in self._waiting:
             if transport in self._deadlines:
@@ -102,12 +102,12 @@ class Connections:
             deadline.cancel()
 
 
-class Config(uvicorn.Config):
+class ServerConfig(uvicorn.Config):
     """How the bridge is served."""
 
-    def __init__(self, app: Starlette, room: Room | None = None):
-        room = Room() if room is None else room
-        self.waiting = Connections(room.waiting)
+    def __init__(self, app: Starlette, room: ConnectionLimits | None = None):
+        room = ConnectionLimits() if room is None else room
+        self.waiting = PendingConnections(room.waiting)
         super().__init__(
             app,
             http=HttpConnection,
@@ -118,7 +118,7 @@ class Config(uvicorn.Config):
             access_log=False,
             lifespan="on",
             backlog=room.backlog,
-            ws_max_size=LARGEST_MESSAGE,
+            ws_max_size=MAX_MESSAGE_BYTES,
             # Compressing for each viewer alone costs more than a local network does.
             ws_per_message_deflate=False,
             # A busy computer may take long to say that it is there; a page asks more often.
@@ -132,8 +132,8 @@ class HttpConnection(H11Protocol):
     """HTTP with deadlines."""
 
     @property
-    def _waiting(self) -> Connections:
-        return cast(Config, self.config).waiting
+    def _waiting(self) -> PendingConnections:
+        return cast(ServerConfig, self.config).waiting
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(cast(asyncio.Transport, transport))
@@ -150,7 +150,7 @@ class HttpConnection(H11Protocol):
 
     def on_response_complete(self) -> None:
         before = self.cycle
-        self._waiting.expect(self.transport, HEADER_S)
+        self._waiting.set_deadline(self.transport, REQUEST_TIMEOUT_S)
         super().on_response_complete()
         self._expect_answer(before)
 
@@ -164,7 +164,7 @@ class HttpConnection(H11Protocol):
 
     def _expect_answer(self, before: object) -> None:
         if self.cycle is not before:  # a request has come
-            self._waiting.expect(self.transport, ANSWER_S)
+            self._waiting.set_deadline(self.transport, RESPONSE_TIMEOUT_S)
 
 
 class SocketConnection(WebSocketsSansIOProtocol, asyncio.BufferedProtocol):
@@ -172,15 +172,15 @@ class SocketConnection(WebSocketsSansIOProtocol, asyncio.BufferedProtocol):
 
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__(*args, **kwargs)
-        self._piece = bytearray(PIECE)
+        self._piece = bytearray(READ_BYTES)
         self._spent, self._spent_at = 0.0, self.loop.time()
         self._throttle: asyncio.TimerHandle | None = None
         self._look: asyncio.TimerHandle | None = None
         self._unsent, self._stalled_s = 0, 0.0
 
     @property
-    def _waiting(self) -> Connections:
-        return cast(Config, self.config).waiting
+    def _waiting(self) -> PendingConnections:
+        return cast(ServerConfig, self.config).waiting
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -209,8 +209,8 @@ class SocketConnection(WebSocketsSansIOProtocol, asyncio.BufferedProtocol):
     def data_received(self, data: bytes) -> None:
         self._spend(1)
         super().data_received(data)
-        if len(self.frames) > MOST_FRAGMENTS:
-            self._fail(1008, f"a message in more than {MOST_FRAGMENTS} fragments")
+        if len(self.frames) > MAX_FRAGMENTS:
+            self._fail(1008, f"a message in more than {MAX_FRAGMENTS} fragments")
         self._read_or_wait()
 
     def handle_events(self) -> None:
@@ -264,13 +264,13 @@ class SocketConnection(WebSocketsSansIOProtocol, asyncio.BufferedProtocol):
     def _spend(self, frames: int) -> None:
         """Read nothing more for a while if there were too many."""
         now = self.loop.time()
-        self._spent = max(self._spent - MOST_A_SECOND * (now - self._spent_at), 0.0) + frames
+        self._spent = max(self._spent - FRAMES_PER_S * (now - self._spent_at), 0.0) + frames
         self._spent_at = now
-        over = self._spent - MOST_AT_ONCE
+        over = self._spent - BURST_FRAMES
         if over > 0:
             if self._throttle is not None:
                 self._throttle.cancel()
-            self._throttle = self.loop.call_later(over / MOST_A_SECOND, self._go_on)
+            self._throttle = self.loop.call_later(over / FRAMES_PER_S, self._go_on)
 
     def _go_on(self) -> None:
         self._throttle = None
@@ -280,9 +280,11 @@ class SocketConnection(WebSocketsSansIOProtocol, asyncio.BufferedProtocol):
         """Drop the viewer if for long nothing of what waits for her has been taken."""
         unsent = self.transport.get_write_buffer_size()
         waits = unsent > 0 and (self.transport.is_closing() or not self.writable.is_set())
-        self._stalled_s = self._stalled_s + LOOK_S if waits and unsent >= self._unsent else 0.0
+        self._stalled_s = (
+            self._stalled_s + STALL_CHECK_S if waits and unsent >= self._unsent else 0.0
+        )
         self._unsent = unsent
-        if self._stalled_s >= STALL_S:
+        if self._stalled_s >= STALL_TIMEOUT_S:
             self.transport.abort()
         else:
-            self._look = self.loop.call_later(LOOK_S, self._look_again)
+            self._look = self.loop.call_later(STALL_CHECK_S, self._look_again)

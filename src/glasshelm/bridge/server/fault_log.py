@@ -14,14 +14,14 @@ from glasshelm.feeds.backoff import Backoff
 Result = TypeVar("Result")
 
 #: A task that was begun again and has run for so long [s] is well.
-HEALED_S = 5.0
+RECOVERED_S = 5.0
 #: Of what an unexpected error says, so much is told.
 _LONGEST = 200
 _FOLDERS = re.compile(r"(?:[A-Za-z]:)?(?:[\\/][^\s\\/'\":]+)+[\\/]")
 _log = logging.getLogger("glasshelm.bridge")
 
 
-def one_line(error: BaseException) -> str:
+def describe_error(error: BaseException) -> str:
     """An error as one short line that names no folder."""
     if isinstance(error, InputError):
         return str(error)
@@ -32,7 +32,7 @@ def one_line(error: BaseException) -> str:
     return f"{name}: {text}"[:_LONGEST] if text else name
 
 
-class Faults:
+class FaultLog:
     """What is failing now, by its part: the notes and ``/api/health`` tell it until it heals.
 
     May be used by any thread.
@@ -45,14 +45,14 @@ class Faults:
         return part in self._now
 
     @property
-    def told(self) -> list[str]:
+    def messages(self) -> list[str]:
         """One line for each part that fails."""
         return list(self._now.values())
 
-    def fails(self, part: str, error: BaseException, then: str = "it is tried again") -> str:
+    def record(self, part: str, error: BaseException, then: str = "it is tried again") -> str:
         """A part has failed; returns what is told of it. Its traceback is logged once."""
         expected = isinstance(error, InputError)
-        told = str(error) if expected else f"{part} failed ({one_line(error)}): {then}"
+        told = str(error) if expected else f"{part} failed ({describe_error(error)}): {then}"
         if self._now.get(part) != told:
             if expected:
                 _log.warning("%s", told)
@@ -61,26 +61,26 @@ class Faults:
         self._now[part] = told
         return told
 
-    def heals(self, part: str) -> None:
+    def clear(self, part: str) -> None:
         """A part has done its work."""
         if self._now.pop(part, None) is not None:
             _log.warning("%s: well again", part)
 
     @contextlib.contextmanager
-    def contained(self, part: str) -> Iterator[None]:
+    def contain(self, part: str) -> Iterator[None]:
         """What fails within is told, and goes no further."""
         try:
             yield
         except Exception as error:
-            self.fails(part, error)
+            self.record(part, error)
         else:
-            self.heals(part)
+            self.clear(part)
 
 
-async def supervised(
+async def supervise(
     part: str,
     run: Callable[[], Awaitable[None]],
-    faults: Faults,
+    faults: FaultLog,
     told: Callable[[str], None] = lambda text: None,
 ) -> None:
     """Run what is meant to run for ever; where it fails it is begun again, after longer waits.
@@ -90,24 +90,24 @@ async def supervised(
     loop, backoff, before = asyncio.get_running_loop(), Backoff(), ""
     while True:
         begun = loop.time()
-        healing = loop.call_later(HEALED_S, faults.heals, part)
+        healing = loop.call_later(RECOVERED_S, faults.clear, part)
         try:
             await run()
-            faults.heals(part)
+            faults.clear(part)
             return
         except Exception as error:
-            text = faults.fails(part, error)
+            text = faults.record(part, error)
         finally:
             healing.cancel()
         if text != before:
             told(text)
         before = text
-        if loop.time() - begun > HEALED_S:
+        if loop.time() - begun > RECOVERED_S:
             backoff.succeeded()
         await backoff.wait()
 
 
-def bounded(job: Callable[[], Result]) -> Result:
+def run_isolated(job: Callable[[], Result]) -> Result:
     """A job for a thread, whose failure is only its own: it neither ends nor cancels a task."""
     try:
         return job()

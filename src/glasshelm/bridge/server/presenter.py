@@ -6,10 +6,10 @@ from datetime import UTC, datetime
 import msgspec
 
 from glasshelm.bridge.annotate.alarms import AlarmList
-from glasshelm.bridge.annotate.frame_annotator import ALARMS, Lookout
+from glasshelm.bridge.annotate.frame_annotator import RAISING_ALARMS, FrameAnnotator
 from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.server.fault_log import Faults
-from glasshelm.bridge.sessions.session import Predicted, Session
+from glasshelm.bridge.server.fault_log import FaultLog
+from glasshelm.bridge.sessions.session import PredictedTrack, Session
 from glasshelm.bridge.sessions.session_log import Past
 from glasshelm.env.observe import FRAMES
 from glasshelm.frames.schema import Frame
@@ -27,27 +27,27 @@ SEEN_AGAIN = 240
 SEEN_AGAIN_BYTES = 64_000_000
 
 
-class Stage:
+class Presenter:
     """Runs in the worker thread, except for what only reads: ``session_now``, properties.
 
     Who looks on later is told of memory: what was shown last, and what a page is sent of before.
     """
 
-    def __init__(self, session: Session, limits: m.Limits):
+    def __init__(self, session: Session, limits: m.SetLimits):
         self.session = session
-        self._faults = Faults()
+        self._faults = FaultLog()
         self._alarms = AlarmList(limits)
-        self._lookout = Lookout(self._alarms, self._faults)
+        self._lookout = FrameAnnotator(self._alarms, self._faults)
         #: The frame shown and that of the compared pilot, as they stand in their logs, and those
         #: before them.
         self._line: bytes | None = None
         self._line_beside: bytes | None = None
         self._past, self._past_beside = Past(), Past()
-        self._record = session.record
+        self._record = session.log
         self._frame: Frame | None = None
         self._told: bytes | None = None
         self._listed: list[m.Alarm] = []
-        self._ahead: Predicted | None = None
+        self._ahead: PredictedTrack | None = None
         self._ahead_of = 0
         self._predicted_at = -1e9
 
@@ -57,14 +57,14 @@ class Stage:
         return self._frame
 
     @property
-    def sound(self) -> bool:
+    def alarms_are_current(self) -> bool:
         """Whether its alarms are of the frame shown."""
-        return ALARMS not in self._faults
+        return RAISING_ALARMS not in self._faults
 
     @property
-    def troubles(self) -> list[str]:
+    def faults(self) -> list[str]:
         """What goes wrong now, one line each."""
-        return [*self._faults.told, *self.session.troubles]
+        return [*self._faults.messages, *self.session.faults]
 
     @property
     def recent(self) -> tuple[Frame, ...]:
@@ -76,25 +76,28 @@ class Stage:
         """The alarms of the frame shown."""
         return self._listed
 
-    def forward(self) -> list[Told] | None:
+    def advance(self) -> list[Told] | None:
         """The messages of the next frame; None where there is none (yet)."""
-        frame = self.session.forward()
+        frame = self.session.next_frame()
         if frame is None:
             return None
-        record = self.session.record
+        record = self.session.log
         if record is not self._record:
             return self._after_jump()  # a new log has begun
         if self._line is not None:
             self._past.add(self._line)
         if self._line_beside is not None:
             self._past_beside.add(self._line_beside)
-        self._line, self._line_beside = record.line(self.session.at), self.session.beside_now()
+        self._line, self._line_beside = (
+            record.line(self.session.index),
+            self.session.compared_line(),
+        )
         return self._tell(frame)
 
-    def present(self) -> list[Told]:
+    def snapshot(self) -> list[Told]:
         """Everything that a viewer needs who knows nothing yet."""
         history = m.History(_raw(self._past.lines), _raw(self._past_beside.lines))
-        told = [("history", m.written(history))]
+        told = [("history", m.encode(history))]
         if self._told is not None:
             told += [("frame", self._told), self._alarm_list()]
         return told
@@ -103,8 +106,8 @@ class Stage:
         self.session.seek(time_s)
         return self._after_jump()
 
-    def hand_over(self, pilot: Pilot) -> list[Told]:
-        self.session.hand_over(pilot)
+    def set_pilot(self, pilot: Pilot) -> list[Told]:
+        self.session.set_pilot(pilot)
         return self._after_jump()
 
     def compare(self, pilot: Pilot | None) -> list[Told]:
@@ -115,60 +118,64 @@ class Stage:
         """None if there is no such alarm."""
         return self._alarms_again() if self._alarms.acknowledge(id) else None
 
-    def limit(self, limits: m.Limits) -> list[Told]:
+    def set_limits(self, limits: m.SetLimits) -> list[Told]:
         self._alarms.limits = limits
         return self._alarms_again()
 
-    def session_now(self, playing: bool, rate: float, *notes: str) -> bytes:
+    def session_message(self, playing: bool, rate: float, *notes: str) -> bytes:
         """The ``session`` message, with these notes before the session's own."""
-        session, card = self.session, self.session.card
-        first, last = session.reach_s
-        now = m.Session(
+        session, card = self.session, self.session.info
+        first, last = session.seekable_range_s
+        now = m.SessionMessage(
             source=card.source,
             title=card.title,
             mode=card.mode,
-            pilot=session.pilot,
-            compare=session.compared,
+            pilot=session.pilot_name,
+            compare=session.compared_name,
             ship=card.ship,
             playing=playing,
             rate=rate,
-            time_s=session.record.times[session.at] if session.at >= 0 else first,
+            time_s=session.log.times[session.index] if session.index >= 0 else first,
             end_s=card.end_s,
             seekable_from_s=first,
             seekable_to_s=last,
-            notes=list(dict.fromkeys((*notes, *self._faults.told, *card.notes))),
+            notes=list(dict.fromkeys((*notes, *self._faults.messages, *card.notes))),
             connected=session.connected,
-            heard_s=session.heard_s,
-            own_s=session.own_s,
-            log=None if session.record.path is None else session.record.path.name,
+            heard_s=session.last_report_age_s,
+            own_s=session.own_position_age_s,
+            log=None if session.log.path is None else session.log.path.name,
         )
-        return m.written(now)
+        return m.encode(now)
 
     def close(self) -> None:
         self.session.close()
 
     def _after_jump(self) -> list[Told]:
-        record, at = self.session.record, self.session.at
-        beside = self.session.beside()
+        record, at = self.session.log, self.session.index
+        beside = self.session.compared_history()
         if at < 0:
-            return self.present()
-        before, line, line_beside = record.history(at), record.line(at), self.session.beside_now()
+            return self.snapshot()
+        before, line, line_beside = (
+            record.history(at),
+            record.line(at),
+            self.session.compared_line(),
+        )
         self._past.fill(before)
         self._past_beside.fill(beside)
         self._record, self._line, self._line_beside = record, line, line_beside
-        self._lookout.again(record.history(at, SEEN_AGAIN, SEEN_AGAIN_BYTES))
+        self._lookout.reset(record.history(at, SEEN_AGAIN, SEEN_AGAIN_BYTES))
         self._predicted_at = -1e9
         self._tell(record.frame(at))
-        return self.present()
+        return self.snapshot()
 
     def _tell(self, frame: Frame) -> list[Told]:
         assert self._line is not None
         fresh = None
-        with self._faults.contained("predicting the track ahead"):
+        with self._faults.contain("predicting the track ahead"):
             fresh = self._predict()
-        beside = self._lookout.see(frame, self._left())
+        beside = self._lookout.annotate(frame, self._left())
         compared = self._line_beside
-        message = m.FrameNow(
+        message = m.FrameMessage(
             frame=msgspec.Raw(self._line),
             encounters=beside.encounters,
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"),
@@ -176,41 +183,43 @@ class Stage:
             compare=None if compared is None else msgspec.Raw(compared),
             path=None if fresh is None else _points(fresh),
         )
-        self._frame, self._told = frame, m.written(message)
+        self._frame, self._told = frame, m.encode(message)
         told = [("frame", self._told)]
         if beside.alarms != self._listed:
             self._listed = beside.alarms
             told.append(self._alarm_list())
         return told
 
-    def _predict(self) -> Predicted | None:
+    def _predict(self) -> PredictedTrack | None:
         """The track ahead, where it is time to predict it again."""
         if time.monotonic() - self._predicted_at < PREDICT_EVERY_S:
             return None
         self._ahead = None
-        self._ahead, self._ahead_of = self.session.predicted(), self.session.at
+        self._ahead, self._ahead_of = self.session.predicted_track(), self.session.index
         self._predicted_at = time.monotonic()
         return self._ahead
 
-    def _left(self) -> Predicted | None:
+    def _left(self) -> PredictedTrack | None:
         """What of the last prediction still lies ahead."""
         if self._ahead is None:
             return None
-        return Predicted(self._ahead.step_s, self._ahead.rows[self.session.at - self._ahead_of :])
+        return PredictedTrack(
+            self._ahead.step_s, self._ahead.rows[self.session.index - self._ahead_of :]
+        )
 
     def _alarms_again(self) -> list[Told]:
         if self._frame is not None:
-            self._listed = self._alarms.see(self._frame)
+            self._listed = self._alarms.update(self._frame)
         return [self._alarm_list()]
 
     def _alarm_list(self) -> Told:
-        return "alarms", m.written(m.Alarms(self._listed))
+        return "alarms", m.encode(m.Alarms(self._listed))
 
 
 def _raw(lines: list[bytes]) -> list[msgspec.Raw]:
     return [msgspec.Raw(line) for line in lines]
 
 
-def _points(ahead: Predicted) -> list[list[float]]:
+def _points(ahead: PredictedTrack) -> list[list[float]]:
     every = max(round(POINT_S / ahead.step_s), 1)
     return ahead.rows[::every, :2].astype(float).round(1).tolist()

@@ -12,79 +12,79 @@ from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Band
 
 #: Longer messages of a viewer are refused [bytes].
-LARGEST = 64 * 1024
+MAX_REQUEST_BYTES = 64 * 1024
 
-Word = Annotated[str, msgspec.Meta(max_length=200)]
-Kind = Literal["simulated", "recorded", "live"]
+ShortText = Annotated[str, msgspec.Meta(max_length=200)]
+SourceKind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
 #: An owner may change what all see; a viewer looks on, and may ask what-if.
 Role = Literal["owner", "viewer"]
 
 
-class _Asked(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
+class _Request(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
     """A request of a viewer."""
 
 
-class Open(_Asked, frozen=True):
+class Open(_Request, frozen=True):
     """Begin a session. ``own`` and ``at`` are of recorded traffic only."""
 
-    source: Word
-    pilot: Word | None = None
-    ship: Word | None = None
-    own: Word | None = None
-    at: Word | None = None
+    source: ShortText
+    pilot: ShortText | None = None
+    ship: ShortText | None = None
+    own: ShortText | None = None
+    at: ShortText | None = None
 
 
-class Replay(_Asked, frozen=True):
+class Replay(_Request, frozen=True):
     """Show a log again, by its name in the catalogue."""
 
-    log: Word
+    log: ShortText
 
 
-class Pilot(_Asked, frozen=True):
+class SetPilot(_Request, frozen=True, tag="pilot"):
     """From now on another pilot decides."""
 
-    name: Word
+    name: ShortText
 
 
-class Compare(_Asked, frozen=True):
+class Compare(_Request, frozen=True):
     """Show beside it how another pilot sails the same; null: no longer."""
 
-    name: Word | None = None
+    name: ShortText | None = None
 
 
-class Play(_Asked, frozen=True):
+class Play(_Request, frozen=True):
     pass
 
 
-class Pause(_Asked, frozen=True):
+class Pause(_Request, frozen=True):
     pass
 
 
-class Rate(_Asked, frozen=True):
+class SetRate(_Request, frozen=True, tag="rate"):
     """Seconds of the voyage a second."""
 
     rate: Annotated[float, msgspec.Meta(ge=1, le=60)]
 
 
-class Seek(_Asked, frozen=True):
+class Seek(_Request, frozen=True):
     time_s: Annotated[float, msgspec.Meta(ge=0, le=1e7)]
 
 
-class Acknowledge(_Asked, frozen=True):
+class Acknowledge(_Request, frozen=True):
     """An alarm has been seen: for all viewers at once."""
 
-    id: Word
+    id: ShortText
 
 
-class Limits(_Asked, frozen=True):
+class SetLimits(_Request, frozen=True, tag="limits"):
     """An alarm is raised where DCPA and TCPA are both below these."""
 
     dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)] = 1852.0
     tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 600.0
 
 
-class WhatIf(_Asked, frozen=True):
+class AskWhatIf(_Request, frozen=True, tag="whatif"):
     """How own ship would go on from the frame shown if something were different.
 
     ``ship`` is deleted, hidden from the pilot, or keeps her course (null: own ship);
@@ -92,40 +92,42 @@ class WhatIf(_Asked, frozen=True):
     """
 
     change: Literal["deleted", "blind", "kept", "rudder"]
-    ship: Word | None = None
+    ship: ShortText | None = None
     degrees: Annotated[float, msgspec.Meta(ge=-90, le=90)] | None = None
 
 
-class Ping(_Asked, frozen=True):
+class Ping(_Request, frozen=True):
     pass
 
 
-Asked = (
+Request = (
     Open
     | Replay
-    | Pilot
+    | SetPilot
     | Compare
     | Play
     | Pause
-    | Rate
+    | SetRate
     | Seek
     | Acknowledge
-    | Limits
-    | WhatIf
+    | SetLimits
+    | AskWhatIf
     | Ping
 )
 #: What changes nothing that others see.
-FOR_VIEWERS = Ping | WhatIf
-_asked = msgspec.json.Decoder(Asked)
+ViewerRequest = Ping | AskWhatIf
+_decoder = msgspec.json.Decoder(Request)
 
 
-def read(text: str | bytes) -> Asked:
+def decode_request(text: str | bytes) -> Request:
     """A viewer's message. InputError, in one line, if it is none."""
     try:
         text = text.encode() if isinstance(text, str) else text
-        if len(text) > LARGEST:
-            raise InputError(f"a message of {len(text)} bytes: at most {LARGEST} are read")
-        return _asked.decode(text)
+        if len(text) > MAX_REQUEST_BYTES:
+            raise InputError(
+                f"a message of {len(text)} bytes: at most {MAX_REQUEST_BYTES} are read"
+            )
+        return _decoder.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise InputError(f"not a message of this protocol: {_line(error)}") from None
 
@@ -134,17 +136,17 @@ def _line(error: Exception) -> str:
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
-class _Said(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
+class ServerMessage(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
     """A message of the server."""
 
 
-class Source(msgspec.Struct, frozen=True):
+class SourceEntry(msgspec.Struct, frozen=True):
     source: str
     title: str
-    kind: Kind
+    kind: SourceKind
 
 
-class PilotCard(msgspec.Struct, frozen=True):
+class PilotEntry(msgspec.Struct, frozen=True):
     """``ship`` is the preset that the pilot was made for; null: any."""
 
     name: str
@@ -153,7 +155,7 @@ class PilotCard(msgspec.Struct, frozen=True):
     ship: str | None
 
 
-class LogCard(msgspec.Struct, frozen=True, omit_defaults=True):
+class LogEntry(msgspec.Struct, frozen=True, omit_defaults=True):
     """A log; of a long one how many frames it has may not be known yet."""
 
     name: str
@@ -164,34 +166,34 @@ class LogCard(msgspec.Struct, frozen=True, omit_defaults=True):
 class Catalogue(msgspec.Struct, frozen=True):
     """All that may be opened from the page."""
 
-    scenarios: list[Source]
-    pilots: list[PilotCard]
-    logs: list[LogCard]
+    scenarios: list[SourceEntry]
+    pilots: list[PilotEntry]
+    logs: list[LogEntry]
 
 
-class Bounds(msgspec.Struct, frozen=True):
+class AlarmLimits(msgspec.Struct, frozen=True):
     """The limits of the alarms."""
 
     dcpa_m: float
     tcpa_s: float
 
 
-class Hello(_Said, frozen=True):
+class Hello(ServerMessage, frozen=True):
     """``role`` is that of who is told."""
 
     version: str
     catalogue: Catalogue
-    limits: Bounds
+    limits: AlarmLimits
     role: Role
 
 
-class Preparing(_Said, frozen=True):
+class Preparing(ServerMessage, frozen=True):
     """What is being made ready while the session shown goes on; null: no more."""
 
     what: str | None
 
 
-class Session(_Said, frozen=True):
+class SessionMessage(ServerMessage, frozen=True, tag="session"):
     """What is being shown, and how. In live traffic ``heard_s`` is the age of the last position
     heard of any ship, ``own_s`` that of own ship's own."""
 
@@ -214,7 +216,7 @@ class Session(_Said, frozen=True):
     log: str | None
 
 
-class History(_Said, frozen=True):
+class History(ServerMessage, frozen=True):
     """All frames that the page is to hold; ``compare`` those of the compared pilot."""
 
     frames: list[msgspec.Raw]
@@ -227,7 +229,7 @@ class Sentence(msgspec.Struct, frozen=True):
     next: str
 
 
-class Meeting(msgspec.Struct, frozen=True):
+class EncounterStatus(msgspec.Struct, frozen=True):
     """What own ship is to a target under the COLREGs, while there is risk of collision."""
 
     type: Literal["head-on", "crossing", "overtaking", "overtaken", "none"]
@@ -235,9 +237,9 @@ class Meeting(msgspec.Struct, frozen=True):
     rule: str | None
 
 
-class FrameNow(_Said, frozen=True, tag="frame", omit_defaults=True):
+class FrameMessage(ServerMessage, frozen=True, tag="frame", omit_defaults=True):
     frame: msgspec.Raw
-    encounters: dict[str, Meeting]
+    encounters: dict[str, EncounterStatus]
     sent_utc: str
     sentence: Sentence | None
     compare: msgspec.Raw | None = None
@@ -255,11 +257,11 @@ class Alarm(msgspec.Struct, frozen=True):
     cause: str
 
 
-class Alarms(_Said, frozen=True):
+class Alarms(ServerMessage, frozen=True):
     alarms: list[Alarm]
 
 
-class Answer(_Said, frozen=True, tag="whatif"):
+class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
     """Own ship's two futures from the frame of ``time_s`` on, a point every 30 s: as things are
     (``fact``), and under the ``condition`` (``other``)."""
 
@@ -272,7 +274,7 @@ class Answer(_Said, frozen=True, tag="whatif"):
     other: list[list[float]]
 
 
-class Banded(_Said, frozen=True, tag="band"):
+class BandMessage(ServerMessage, frozen=True, tag="band"):
     """The certified rudder band of one frame: of that time, pilot and rudder, and of no other.
 
     ``short`` says what is certain, ``full`` between which rudders and for which errors, or why
@@ -287,21 +289,21 @@ class Banded(_Said, frozen=True, tag="band"):
     full: str
 
 
-class Failure(_Said, frozen=True):
+class ErrorMessage(ServerMessage, frozen=True, tag="failure"):
     message: str
 
 
-class Notice(_Said, frozen=True):
+class Notice(ServerMessage, frozen=True):
     message: str
 
 
-class Pong(_Said, frozen=True):
+class Pong(ServerMessage, frozen=True):
     pass
 
 
 _encoder = msgspec.json.Encoder()
 
 
-def written(message: _Said) -> bytes:
+def encode(message: ServerMessage) -> bytes:
     """The message as it is sent."""
     return _encoder.encode(message)

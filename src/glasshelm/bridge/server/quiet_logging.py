@@ -6,16 +6,16 @@ import time
 from typing import Any
 
 #: Lines of a logger that are written in a minute at most.
-MOST_LINES = 20
+MAX_LINES_PER_MINUTE = 20
 _MINUTE_S = 60.0
 _LOGGERS = ("asyncio", "uvicorn.error", "glasshelm.bridge")
 _log = logging.getLogger("glasshelm.bridge")
 
 
-class FewLines(logging.Filter):
+class RateLimitFilter(logging.Filter):
     """Leaves out what is beyond ``most`` lines a minute; the next one says how many that were."""
 
-    def __init__(self, most: int = MOST_LINES):
+    def __init__(self, most: int = MAX_LINES_PER_MINUTE):
         super().__init__()
         self._most, self._written, self._left_out = most, 0, 0
         self._since = time.monotonic()
@@ -35,12 +35,12 @@ class FewLines(logging.Filter):
         return True
 
 
-def begin() -> None:
+def install() -> None:
     """From now on, in the running event loop. What the system refuses (files, memory) is a line."""
     for name in _LOGGERS:
         logger = logging.getLogger(name)
-        if not any(isinstance(one, FewLines) for one in logger.filters):
-            logger.addFilter(FewLines())
+        if not any(isinstance(one, RateLimitFilter) for one in logger.filters):
+            logger.addFilter(RateLimitFilter())
     asyncio.get_running_loop().set_exception_handler(_one_line)
 
 

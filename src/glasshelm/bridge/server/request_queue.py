@@ -7,11 +7,11 @@ from typing import Any
 from glasshelm.core.errors import InputError
 
 #: Requests of one viewer that wait at once; of more she is not read until there is room.
-MOST_REQUESTS = 32
+MAX_REQUESTS = 32
 #: Those of them for which a session or a pilot is prepared.
-MOST_PREPARED = 4
+MAX_SLOW_REQUESTS = 4
 #: Questions of one viewer that wait for their answer at once.
-MOST_ASKED = 2
+MAX_QUESTIONS = 2
 
 
 class RequestQueue:
@@ -24,14 +24,14 @@ class RequestQueue:
         self._requests, self._questions = requests, questions
         self._own: set[asyncio.Task[None]] = set()
         self._turn = asyncio.Lock()  # first come, first served
-        self._room = asyncio.Semaphore(MOST_REQUESTS)
+        self._room = asyncio.Semaphore(MAX_REQUESTS)
         self._prepared = self._asked = 0
 
-    async def take(self, request: Callable[[], Awaitable[None]], prepared: bool = False) -> None:
+    async def submit(self, request: Callable[[], Awaitable[None]], prepared: bool = False) -> None:
         """Returns at once, unless too many wait already. InputError for too many ``prepared``."""
-        if prepared and self._prepared >= MOST_PREPARED:
+        if prepared and self._prepared >= MAX_SLOW_REQUESTS:
             raise InputError(
-                f"{MOST_PREPARED} of your requests are being prepared or wait for it: "
+                f"{MAX_SLOW_REQUESTS} of your requests are being prepared or wait for it: "
                 "wait until one is done"
             )
         self._prepared += prepared
@@ -39,14 +39,14 @@ class RequestQueue:
         task = self._begin(self._done(request), self._requests)
         task.add_done_callback(lambda _: self._over(prepared))
 
-    def ask(self, question: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    def submit_question(self, question: Callable[[], Coroutine[Any, Any, None]]) -> None:
         """Begin to answer. InputError where too many of hers wait already."""
-        if self._asked >= MOST_ASKED:
+        if self._asked >= MAX_QUESTIONS:
             raise InputError("too many questions at once: wait for the answers")
         self._asked += 1
         self._begin(question(), self._questions).add_done_callback(lambda _: self._answered())
 
-    def end(self) -> None:
+    def cancel(self) -> None:
         """She has left: what waits is not begun."""
         for task in self._own:
             task.cancel()

@@ -13,11 +13,11 @@ import uvicorn
 from starlette.applications import Starlette
 
 from glasshelm.bridge.server import quiet_logging
-from glasshelm.bridge.server.connections import Config, Room
+from glasshelm.bridge.server.connections import ConnectionLimits, ServerConfig
 from glasshelm.core.errors import InputError
 
 #: Taken if it is free and no other is named.
-PORT = 8470
+DEFAULT_PORT = 8470
 #: Connections that the system keeps until they are accepted.
 _QUEUE = 128
 
@@ -25,7 +25,7 @@ _QUEUE = 128
 def bind(host: str, port: int | None) -> socket.socket:
     """A bound socket: of the port named, or else of the default or any free one."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    for candidate in (PORT, 0) if port is None else (port,):
+    for candidate in (DEFAULT_PORT, 0) if port is None else (port,):
         bound = socket.socket(family)
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -34,14 +34,14 @@ def bind(host: str, port: int | None) -> socket.socket:
         except (OSError, OverflowError) as error:
             bound.close()
             problem = getattr(error, "strerror", None) or str(error)
-            if candidate != PORT or port is not None:
+            if candidate != DEFAULT_PORT or port is not None:
                 raise InputError(f"{host} port {candidate}: {problem}") from None
             continue
         return bound
     raise AssertionError("port 0 either binds or raises")
 
 
-def address(bound: socket.socket, token: str | None) -> str:
+def page_url(bound: socket.socket, token: str | None) -> str:
     """The address to open in a browser."""
     host, port = bound.getsockname()[:2]
     name = f"[{host}]" if ":" in host else host
@@ -54,16 +54,16 @@ def serve(
     url: str,
     browse: bool,
     ready: Callable[[], None],
-    room: Room | None = None,
+    room: ConnectionLimits | None = None,
 ) -> None:
     """Run until interrupted; ``ready`` is called when the first viewer can come.
 
     There is nothing to serve where the first session cannot begin: what is wrong is then raised.
     """
-    server = _Server(Config(app, room), app)
+    server = _Server(ServerConfig(app, room), app)
 
     async def run() -> None:
-        quiet_logging.begin()
+        quiet_logging.install()
         _end_with_the_terminal(server)
         task = asyncio.create_task(server.serve(sockets=[bound]))
         while not server.started and not task.done():
@@ -115,11 +115,13 @@ def _failed(task: asyncio.Task[None]) -> BaseException | None:
     return task.exception() if task.done() and not task.cancelled() else None
 
 
-def room_here() -> Room:
+def limits_of_process() -> ConnectionLimits:
     """For how many connections this process may open files."""
     try:
         import resource
     except ImportError:  # Windows has no such limit
-        return Room()
+        return ConnectionLimits()
     most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return Room() if most == resource.RLIM_INFINITY else Room.for_files(most)
+    return (
+        ConnectionLimits() if most == resource.RLIM_INFINITY else ConnectionLimits.for_files(most)
+    )

@@ -17,16 +17,16 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 from glasshelm import __version__
-from glasshelm.bridge.annotate.band_worker import Bands
-from glasshelm.bridge.annotate.whatif_queries import Question, answered
+from glasshelm.bridge.annotate.band_worker import BandWorker
+from glasshelm.bridge.annotate.whatif_queries import WhatIfQuery, answer
 from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.server.background_jobs import Preparing
-from glasshelm.bridge.server.fault_log import Faults, bounded, supervised
-from glasshelm.bridge.server.presenter import Stage, Told
+from glasshelm.bridge.server.background_jobs import BackgroundJobs
+from glasshelm.bridge.server.fault_log import FaultLog, run_isolated, supervise
+from glasshelm.bridge.server.presenter import Presenter, Told
 from glasshelm.bridge.server.request_queue import RequestQueue
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions.session import Session
-from glasshelm.bridge.sessions.session_factory import opened
+from glasshelm.bridge.sessions.session_factory import open_session
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
@@ -37,13 +37,13 @@ from glasshelm.pilots.protocols import Pilot
 Result = TypeVar("Result")
 
 #: Viewers at once.
-MOST_VIEWERS = 100
+MAX_VIEWERS = 100
 #: Questions that wait for their answer at once; the last of them are for owners.
-MOST_QUESTIONS, FOR_OWNERS = 8, 2
+MAX_WAITING_QUESTIONS, RESERVED_FOR_OWNERS = 8, 2
 #: What is done as soon as it is asked, whatever waits before it, once there is a session.
-_AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
+_AT_ONCE = m.Ping | m.Acknowledge | m.SetLimits | m.AskWhatIf
 #: What needs a session or a pilot to be prepared.
-_PREPARED = m.Open | m.Replay | m.Pilot | m.Compare
+_PREPARED = m.Open | m.Replay | m.SetPilot | m.Compare
 _LOOK, _FEED = "the session", "the feed"
 _WRITING, _CERTIFYING = "writing back what is advised", "certifying the rudder"
 _AGAIN, _PAUSED = "it looks again in a moment", "it is paused; play tries it again"
@@ -62,19 +62,19 @@ class SessionHub:
 
     def __init__(
         self,
-        catalogue: SourceList,
+        sources: SourceList,
         logs: Path,
         writer: SignalKWriter | None = None,
         errors: SensorErrorBounds | None = None,
     ):
-        self.catalogue, self.logs = catalogue, logs
+        self.catalogue, self.logs = sources, logs
         self.writer = writer
         self.viewers: set[ViewerQueue] = set()
         self.asked = self.refused = self.failed = 0
         self.dropped = 0
-        self._stage: Stage | None = None
+        self._presenter: Presenter | None = None
         self._listed = m.Catalogue([], [], [])
-        self._limits = m.Limits()
+        self._limits = m.SetLimits()
         self._playing, self._rate = False, 1.0
         #: Held by who uses the session shown, and by who puts another in its place.
         self._lock = asyncio.Lock()
@@ -87,21 +87,23 @@ class SessionHub:
         self._changes: set[asyncio.Task[None]] = set()
         self._turns: dict[ViewerQueue, RequestQueue] = {}
         #: What fails of the look, of writing back, and of the tasks that run for ever.
-        self.faults = Faults()
-        self.preparing = Preparing(self._tell)
-        self.bands = Bands(errors, catalogue.pilot, self._tell)
+        self.fault_log = FaultLog()
+        self.jobs = BackgroundJobs(self._tell)
+        self.bands = BandWorker(errors, sources.pilot, self._tell)
 
     @property
-    def counted(self) -> dict[str, Any] | None:
+    def feed_counts(self) -> dict[str, Any] | None:
         """How much of what the live session heard became of use."""
-        return None if self._stage is None else self._stage.session.counted
+        return None if self._presenter is None else self._presenter.session.feed_counts
 
     @property
-    def troubles(self) -> list[str]:
+    def faults(self) -> list[str]:
         """What goes wrong now, one line each."""
-        stage = self._stage
-        there = [] if stage is None else [*self._trouble_of_writing(stage), *stage.troubles]
-        return list(dict.fromkeys((*self.faults.told, *there)))
+        presenter = self._presenter
+        there = (
+            [] if presenter is None else [*self._trouble_of_writing(presenter), *presenter.faults]
+        )
+        return list(dict.fromkeys((*self.fault_log.messages, *there)))
 
     async def join(self, viewer: ViewerQueue) -> None:
         """A viewer begins to look on: she gets what is, then what comes."""
@@ -109,13 +111,13 @@ class SessionHub:
         await self._look_up()  # reads the folder of logs: nobody waits for that
         async with self._lock:
             hello, there = self._hello(), []
-            if self._stage is not None:
-                with self.faults.contained("telling what was shown"):
-                    now = "session", self._session_now(self._stage)
-                    there = [now, *await self._work(self._stage.present), *self.bands.told]
+            if self._presenter is not None:
+                with self.fault_log.contain("telling what was shown"):
+                    now = "session", self._session_now(self._presenter)
+                    there = [now, *await self._work(self._presenter.snapshot), *self.bands.snapshot]
             # Nothing is awaited from here on: she misses nothing of what all are told.
             viewer.put("hello", hello[viewer.role])
-            for kind, message in [*self.preparing.told, *there]:
+            for kind, message in [*self.jobs.snapshot, *there]:
                 viewer.put(kind, message)
             self.viewers.add(viewer)
 
@@ -124,33 +126,33 @@ class SessionHub:
         self.viewers.discard(viewer)
         turns = self._turns.pop(viewer, None)
         if turns is not None:
-            turns.end()
+            turns.cancel()
         self.dropped += viewer.dropped
 
-    async def heard(self, viewer: ViewerQueue, text: str | bytes) -> None:
+    async def handle_message(self, viewer: ViewerQueue, text: str | bytes) -> None:
         """A viewer's message; what is wrong with it is told to her alone.
 
         Returns before it is done where it may take long.
         """
         self.asked += 1
         try:
-            asked = m.read(text)
+            n_messages = m.decode_request(text)
         except InputError as error:
             self.refused += 1
             viewer.put(*_failure(str(error)))
             return
-        await self._try(self._take_up(asked, viewer), viewer, "request")
+        await self._try(self._take_up(n_messages, viewer), viewer, "request")
 
-    async def _take_up(self, asked: m.Asked, viewer: ViewerQueue) -> None:
-        if viewer.role == "viewer" and not isinstance(asked, m.FOR_VIEWERS):
+    async def _take_up(self, asked: m.Request, viewer: ViewerQueue) -> None:
+        if viewer.role == "viewer" and not isinstance(asked, m.ViewerRequest):
             kind = asked.__struct_config__.tag
             raise InputError(f"you are here to look on: {kind!r} is for the owner of this bridge")
-        urgent = isinstance(asked, _AT_ONCE) and self._stage is not None
+        urgent = isinstance(asked, _AT_ONCE) and self._presenter is not None
         if urgent or isinstance(asked, m.Ping):
-            await self.do(asked, viewer)
+            await self.execute(asked, viewer)
         else:
-            await self._turns[viewer].take(
-                lambda: self._try(self.do(asked, viewer), viewer, "request"),
+            await self._turns[viewer].submit(
+                lambda: self._try(self.execute(asked, viewer), viewer, "request"),
                 prepared=isinstance(asked, _PREPARED),
             )
 
@@ -166,45 +168,45 @@ class SessionHub:
             _log.exception("a %s failed", what)
             viewer.put(*_failure(f"the server failed at this {what}"))
 
-    async def do(self, asked: m.Asked, viewer: ViewerQueue | None = None) -> None:
+    async def execute(self, asked: m.Request, viewer: ViewerQueue | None = None) -> None:
         """Do what is asked. InputError if it cannot be done."""
         match asked:
             case m.Ping():
                 if viewer is not None:
-                    viewer.put("pong", m.written(m.Pong()))
+                    viewer.put("pong", m.encode(m.Pong()))
                 return
-            case m.WhatIf():
+            case m.AskWhatIf():
                 if viewer is not None:
                     self._ask(asked, viewer)
                 return
             case m.Open() | m.Replay():
                 name = asked.source if isinstance(asked, m.Open) else asked.log
-                async with self.preparing.of(name):
-                    share = self.preparing.share
-                    await self._begin(lambda: opened(asked, self.catalogue, self.logs, share))
-            case m.Pilot(name) | m.Compare(str(name)):
-                async with self.preparing.of(name):
-                    pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
+                async with self.jobs.announce(name):
+                    share = self.jobs.report_progress
+                    await self._begin(lambda: open_session(asked, self.catalogue, self.logs, share))
+            case m.SetPilot(name) | m.Compare(str(name)):
+                async with self.jobs.announce(name):
+                    pilot = await self._ready(name, ahead=isinstance(asked, m.SetPilot))
                     await self._change(asked, pilot)
             case _:
                 await self._first_is_there()
-                await self._whole(lambda: self._do(asked, self._there()))
+                await self._whole(lambda: self._do(asked, self._require_presenter()))
 
     async def show(self, open_session: Callable[[], Session]) -> None:
         """Begin a session in place of the present one, playing from its start."""
-        async with self.preparing.of("the session"):
+        async with self.jobs.announce("the session"):
             await self._begin(open_session)
 
-    async def keep_time(self) -> None:
+    async def play(self) -> None:
         """Show the next frame whenever it is due; runs as long as the server does."""
         last = time.monotonic()
         while True:
-            if self._stage is None or not self._playing:
+            if self._presenter is None or not self._playing:
                 await self._wake.wait()
                 self._wake.clear()
                 last = time.monotonic()
                 continue
-            every = self._stage.session.step_s / self._rate
+            every = self._presenter.session.step_s / self._rate
             left = last + every - time.monotonic()
             if left > 0 and await self._woken(left):
                 continue  # asked for something meanwhile: perhaps another rate
@@ -220,13 +222,14 @@ class SessionHub:
         When it is cancelled, what was written back is withdrawn first.
         """
         running = {
-            "keeping time": self.keep_time,
+            "keeping time": self.play,
             "computing bands": self.bands.run,
         }
         if self.writer is not None:
             running["writing back"] = self.writer.run
         tasks = [
-            asyncio.create_task(supervised(part, run, self.faults)) for part, run in running.items()
+            asyncio.create_task(supervise(part, run, self.fault_log))
+            for part, run in running.items()
         ]
         try:
             await asyncio.gather(*tasks)
@@ -246,35 +249,35 @@ class SessionHub:
         for task in (self._listening, *self._requests, *self._questions, *self._changes):
             if task is not None:
                 task.cancel()
-        self.preparing.close()
+        self.jobs.close()
         self.bands.close()
         self._thinker.shutdown(wait=False, cancel_futures=True)
         self._worker.shutdown(wait=True, cancel_futures=True)
-        if self._stage is not None:
-            self._stage.close()
+        if self._presenter is not None:
+            self._presenter.close()
 
-    async def _do(self, asked: m.Asked, stage: Stage) -> None:
+    async def _do(self, asked: m.Request, presenter: Presenter) -> None:
         match asked:
-            case m.Pause() | m.Rate() if stage.session.card.mode == "live":
+            case m.Pause() | m.SetRate() if presenter.session.info.mode == "live":
                 raise InputError("live traffic is shown as it comes: it has no pause and no rate")
             case m.Play():
-                self._set(stage, True, self._rate)
+                self._set(presenter, True, self._rate)
             case m.Pause():
-                self._set(stage, False, self._rate)
-            case m.Rate(rate):
-                self._set(stage, self._playing, rate)
+                self._set(presenter, False, self._rate)
+            case m.SetRate(rate):
+                self._set(presenter, self._playing, rate)
             case m.Seek(time_s):
-                await self._jump(lambda: stage.seek(time_s))
+                await self._jump(lambda: presenter.seek(time_s))
             case m.Compare(None):
-                await self._jump(lambda: stage.compare(None))
+                await self._jump(lambda: presenter.compare(None))
             case m.Acknowledge(id):
-                told = await self._work(lambda: stage.acknowledge(id))
+                told = await self._work(lambda: presenter.acknowledge(id))
                 if told is None:
                     raise InputError("no such alarm: its cause is gone")
                 self._tell(told)
-            case m.Limits():
+            case m.SetLimits():
                 self._limits = asked
-                told = await self._work(lambda: stage.limit(asked))
+                told = await self._work(lambda: presenter.set_limits(asked))
                 self._tell(told, self._hello())
 
     async def _whole(
@@ -305,45 +308,49 @@ class SessionHub:
         task.add_done_callback(self._changes.discard)
         await asyncio.shield(task)
 
-    def _ask(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
+    def _ask(self, asked: m.AskWhatIf, viewer: ViewerQueue) -> None:
         """Take up a question; the voyage goes on, and the viewer goes on asking, meanwhile."""
-        if len(self._questions) >= MOST_QUESTIONS - FOR_OWNERS * (viewer.role == "viewer"):
+        if len(self._questions) >= MAX_WAITING_QUESTIONS - RESERVED_FOR_OWNERS * (
+            viewer.role == "viewer"
+        ):
             raise InputError("too many questions at once: wait for the answers")
-        self._turns[viewer].ask(lambda: self._reply(asked, viewer))
+        self._turns[viewer].submit_question(lambda: self._reply(asked, viewer))
 
-    async def _reply(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
+    async def _reply(self, asked: m.AskWhatIf, viewer: ViewerQueue) -> None:
         await self._try(self._answer(asked, viewer), viewer, "question")
 
-    async def _answer(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
+    async def _answer(self, asked: m.AskWhatIf, viewer: ViewerQueue) -> None:
         async with self._lock:
-            stage = self._there()
+            presenter = self._require_presenter()
             question = await self._work(
-                lambda: Question.of(asked, stage.session, self.catalogue.pilot)
+                lambda: WhatIfQuery.from_request(asked, presenter.session, self.catalogue.pilot)
             )
-        think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
-        viewer.put("whatif", m.written(await think))
+        think = asyncio.get_running_loop().run_in_executor(self._thinker, answer, question)
+        viewer.put("whatif", m.encode(await think))
 
     async def _first_is_there(self) -> None:
         """Wait for the first session, if it is being prepared."""
-        if self._stage is None:
-            await self.preparing.over()
+        if self._presenter is None:
+            await self.jobs.wait_idle()
 
     async def _ready(self, name: str, ahead: bool) -> Pilot:
         """A pilot with whom the session shown could go on at once."""
-        session = self._there().session
+        session = self._require_presenter().session
 
         def ready() -> Pilot:
             pilot = self.catalogue.pilot(name)
-            session.ready(pilot, ahead)
+            session.warm_up(pilot, ahead)
             return pilot
 
-        return await self.preparing.done(ready)
+        return await self.jobs.run(ready)
 
-    async def _change(self, asked: m.Pilot | m.Compare, pilot: Pilot) -> None:
+    async def _change(self, asked: m.SetPilot | m.Compare, pilot: Pilot) -> None:
         async def change() -> None:
-            stage = self._there()
-            hands_over = isinstance(asked, m.Pilot)
-            await self._jump(lambda: stage.hand_over(pilot) if hands_over else stage.compare(pilot))
+            presenter = self._require_presenter()
+            hands_over = isinstance(asked, m.SetPilot)
+            await self._jump(
+                lambda: presenter.set_pilot(pilot) if hands_over else presenter.compare(pilot)
+            )
 
         await self._whole(change)
 
@@ -351,50 +358,50 @@ class SessionHub:
         """Prepare a session, and put it in place of the one shown."""
         limits = self._limits
 
-        def begin() -> tuple[Stage, Exception | None]:
-            stage = Stage(open_session(), limits)
+        def begin() -> tuple[Presenter, Exception | None]:
+            presenter = Presenter(open_session(), limits)
             try:
-                stage.forward()
+                presenter.advance()
             except Exception as error:
-                if stage.session.card.mode == "live":
-                    return stage, error
-                stage.close()
+                if presenter.session.info.mode == "live":
+                    return presenter, error
+                presenter.close()
                 raise
-            return stage, None
+            return presenter, None
 
-        stage, failed = await self.preparing.done(begin, lambda made: made[0].close())
+        presenter, failed = await self.jobs.run(begin, lambda made: made[0].close())
         try:
             await self._look_up()  # there is one log more
         except asyncio.CancelledError:
-            self._worker.submit(stage.close)
+            self._worker.submit(presenter.close)
             raise
-        await self._whole(lambda: self._replace(stage, failed), stage.close)
+        await self._whole(lambda: self._replace(presenter, failed), presenter.close)
 
-    async def _replace(self, stage: Stage, failed: Exception | None) -> None:
+    async def _replace(self, presenter: Presenter, failed: Exception | None) -> None:
         """Show it in place of the present one; ``failed``: its first look has."""
 
         def present() -> list[Told]:
-            stage.limit(self._limits)  # perhaps others by now
-            return stage.present()
+            presenter.set_limits(self._limits)  # perhaps others by now
+            return presenter.snapshot()
 
         told = await self._work(present)
         # Nothing is awaited while one takes the other's place.
         if self._listening is not None:
             self._listening.cancel()
-        self.faults.heals(_FEED)
-        self.faults.heals(_LOOK)
+        self.fault_log.clear(_FEED)
+        self.fault_log.clear(_LOOK)
         if failed is not None:
-            self.faults.fails(_LOOK, failed, _AGAIN)
-        old, self._stage = self._stage, stage
+            self.fault_log.record(_LOOK, failed, _AGAIN)
+        old, self._presenter = self._presenter, presenter
         self._playing, self._rate = True, 1.0
-        self._listening = asyncio.create_task(self._listen(stage.session))
-        with self.faults.contained(_WRITING):
-            self._write_back(stage)
-        self._tell([("session", self._session_now(stage)), *told], self._hello())
-        with self.faults.contained(_CERTIFYING):
+        self._listening = asyncio.create_task(self._listen(presenter.session))
+        with self.fault_log.contain(_WRITING):
+            self._write_back(presenter)
+        self._tell([("session", self._session_now(presenter)), *told], self._hello())
+        with self.fault_log.contain(_CERTIFYING):
             self._certify()
         if old is not None:
-            with self.faults.contained("closing the session before"):
+            with self.fault_log.contain("closing the session before"):
                 await self._work(old.close)
 
     async def _listen(self, session: Session) -> None:
@@ -404,94 +411,98 @@ class SessionHub:
             self._tell([_notice(why)])
 
         if session.endless:
-            await supervised(_FEED, session.listen, self.faults, told)
+            await supervise(_FEED, session.listen, self.fault_log, told)
             return
         try:
             await session.listen()
         except Exception as error:
-            told(self.faults.fails(_FEED, error, "nothing more is heard"))
+            told(self.fault_log.record(_FEED, error, "nothing more is heard"))
 
     async def _jump(self, jump: Callable[[], list[Told]]) -> None:
         """A request after which the page begins anew."""
         told = await self._work(jump)
-        self._tell([("session", self._session_now(self._there())), *told])
+        self._tell([("session", self._session_now(self._require_presenter())), *told])
         self._certify()
 
     async def _advance(self) -> None:
-        stage = self._stage
-        if stage is None or not self._playing:
+        presenter = self._presenter
+        if presenter is None or not self._playing:
             return
-        live, told = stage.session.card.mode == "live", None
+        live, told = presenter.session.info.mode == "live", None
         try:
-            told = await self._work(stage.forward)
+            told = await self._work(presenter.advance)
         except Exception as error:
-            new = _LOOK not in self.faults
-            why = self.faults.fails(_LOOK, error, _AGAIN if live else _PAUSED)
+            new = _LOOK not in self.fault_log
+            why = self.fault_log.record(_LOOK, error, _AGAIN if live else _PAUSED)
             if new or not live:
                 self._tell([_notice(why)])
         else:
-            self.faults.heals(_LOOK)
+            self.fault_log.clear(_LOOK)
         # First of all: what stands elsewhere is of a frame of now, or goes.
-        with self.faults.contained(_WRITING):
-            self._write_back(stage if told else None)
+        with self.fault_log.contain(_WRITING):
+            self._write_back(presenter if told else None)
         self._playing = live or told is not None
-        with self.faults.contained(_CERTIFYING):
+        with self.fault_log.contain(_CERTIFYING):
             self._certify()
-        with self.faults.contained("telling the session"):
+        with self.fault_log.contain("telling the session"):
             if live or told is None:
-                self._tell([("session", self._session_now(stage))])
+                self._tell([("session", self._session_now(presenter))])
         self._tell(told or [])
 
-    def _write_back(self, stage: Stage | None) -> None:
+    def _write_back(self, presenter: Presenter | None) -> None:
         """Tell what a frame of now says; what was told before is withdrawn if there is none."""
         if self.writer is None:
             return
         try:
-            frame = None if stage is None else stage.frame
-            if stage is None or frame is None or not (_of_now(stage.session) and stage.sound):
+            frame = None if presenter is None else presenter.frame
+            if (
+                presenter is None
+                or frame is None
+                or not (_of_now(presenter.session) and presenter.alarms_are_current)
+            ):
                 self.writer.fall_silent()
             else:
-                self.writer.tell(frame, stage.alarms)
+                self.writer.tell(frame, presenter.alarms)
         except BaseException:
             self.writer.fall_silent()
             raise
 
-    def _set(self, stage: Stage, playing: bool, rate: float) -> None:
+    def _set(self, presenter: Presenter, playing: bool, rate: float) -> None:
         self._playing, self._rate = playing, rate
-        self._tell([("session", self._session_now(stage))])
+        self._tell([("session", self._session_now(presenter))])
         self._certify()
 
     def _certify(self) -> None:
         """The frame shown stands until the next one is due: is there time for its band?"""
-        stage = self._stage
-        if stage is None:
+        presenter = self._presenter
+        if presenter is None:
             return
-        every = stage.session.step_s / self._rate if self._playing else math.inf
-        self.bands.want(stage.recent, every)
+        every = presenter.session.step_s / self._rate if self._playing else math.inf
+        self.bands.request(presenter.recent, every)
 
     async def _look_up(self) -> None:
         """See what there is to open now; what was there before is told where that fails."""
-        with self.faults.contained("listing what may be opened"):
-            self._listed = await asyncio.to_thread(self.catalogue.told)
+        with self.fault_log.contain("listing what may be opened"):
+            self._listed = await asyncio.to_thread(self.catalogue.catalogue)
 
     def _hello(self) -> dict[m.Role, bytes]:
         """What there is to open, and the limits of the alarms; for each role."""
-        bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
+        bounds = m.AlarmLimits(self._limits.dcpa_m, self._limits.tcpa_s)
         roles: tuple[m.Role, ...] = get_args(m.Role)
         listed = self._listed
-        return {role: m.written(m.Hello(__version__, listed, bounds, role)) for role in roles}
+        return {role: m.encode(m.Hello(__version__, listed, bounds, role)) for role in roles}
 
-    def _there(self) -> Stage:
-        if self._stage is None:
+    def _require_presenter(self) -> Presenter:
+        if self._presenter is None:
             raise InputError("nothing is open yet: open a source first")
-        return self._stage
+        return self._presenter
 
-    def _session_now(self, stage: Stage) -> bytes:
-        notes = [*self.faults.told, *self._trouble_of_writing(stage)]
-        return stage.session_now(self._playing, self._rate, *notes)
+    def _session_now(self, presenter: Presenter) -> bytes:
+        notes = [*self.fault_log.messages, *self._trouble_of_writing(presenter)]
+        return presenter.session_message(self._playing, self._rate, *notes)
 
-    def _trouble_of_writing(self, stage: Stage) -> list[str]:
-        live = stage.session.card.mode == "live"
+    def _trouble_of_writing(self, presenter: Presenter) -> list[str]:
+        live = presenter.session.info.mode == "live"
         trouble = self.writer.trouble if self.writer is not None and live else None
         return [] if trouble is None else [trouble]
 
@@ -503,7 +514,7 @@ class SessionHub:
                 viewer.put(kind, message)
 
     async def _work(self, job: Callable[[], Result]) -> Result:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, bounded, job)
+        return await asyncio.get_running_loop().run_in_executor(self._worker, run_isolated, job)
 
     async def _woken(self, seconds: float) -> bool:
         try:
@@ -518,13 +529,13 @@ class SessionHub:
 def _of_now(session: Session) -> bool:
     """Whether this is live traffic, and own ship is where it shows her: a page does not call it
     live otherwise, whoever else is heard."""
-    own_s = session.own_s
+    own_s = session.own_position_age_s
     return session.connected and own_s is not None and own_s <= OWN_STALE_S
 
 
 def _notice(text: str) -> Told:
-    return "notice", m.written(m.Notice(text))
+    return "notice", m.encode(m.Notice(text))
 
 
 def _failure(text: str) -> Told:
-    return "failure", m.written(m.Failure(text))
+    return "failure", m.encode(m.ErrorMessage(text))

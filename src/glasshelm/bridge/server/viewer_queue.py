@@ -6,11 +6,11 @@ from collections import deque
 from glasshelm.bridge.server.protocol import Role
 
 #: Frames that wait for one viewer at most; of more, the oldest are left out.
-MOST_FRAMES = 8
+MAX_FRAMES = 8
 #: Other messages that wait at most.
-MOST_OTHERS = 32
+MAX_OTHERS = 32
 #: Bytes that wait at most, beside the newest of each kind; of more, the oldest are left out.
-MOST_BYTES = 16_000_000
+MAX_BYTES = 16_000_000
 #: Of these only the newest means anything.
 _NEWEST = ("hello", "preparing", "session", "alarms", "band")
 #: Each of these means something.
@@ -41,14 +41,14 @@ class ViewerQueue:
         elif kind in _NEWEST:
             self._leave_out(kind)
         elif kind == "frame":
-            self.dropped += self._leave_out_oldest(("frame",), MOST_FRAMES)
+            self.dropped += self._leave_out_oldest(("frame",), MAX_FRAMES)
         else:
-            self._leave_out_oldest(_OTHERS, MOST_OTHERS)
+            self._leave_out_oldest(_OTHERS, MAX_OTHERS)
         self._waiting.append((kind, message))
         self._leave_out_bytes()
         self._some.set()
 
-    async def next(self) -> bytes:
+    async def get(self) -> bytes:
         """The next message, as soon as there is one."""
         while not self._waiting:
             self._some.clear()
@@ -65,7 +65,7 @@ class ViewerQueue:
         for kinds in (("frame",), _OTHERS):
             here = [item for item in self._waiting if item[0] in kinds]
             for item in here[:-1]:
-                if self.bytes <= MOST_BYTES:
+                if self.bytes <= MAX_BYTES:
                     return
                 self._waiting.remove(item)
                 self.dropped += item[0] == "frame"

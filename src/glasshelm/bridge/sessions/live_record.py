@@ -12,16 +12,16 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.bridge.server.fault_log import one_line
+from glasshelm.bridge.server.fault_log import describe_error
 from glasshelm.bridge.sessions.session_log import FrameLines
 from glasshelm.core.errors import InputError
 from glasshelm.frames.frame_log import FrameLog
 from glasshelm.frames.schema import Frame
 
 #: Frames kept in memory at most: an hour.
-HELD_FRAMES = 720
+MAX_HELD_FRAMES = 720
 #: Bytes of them at most: the hour of some 200 ships.
-HELD_BYTES = 64_000_000
+MAX_HELD_BYTES = 64_000_000
 _log = logging.getLogger("glasshelm.bridge")
 
 
@@ -70,14 +70,14 @@ class LiveRecord(FrameLines):
         self._close_log()
 
     def _let_the_oldest_go(self) -> None:
-        while len(self._held) > HELD_FRAMES or (
-            len(self._held) > 1 and self._ends[-1] - self._ends[self.first] > HELD_BYTES
+        while len(self._held) > MAX_HELD_FRAMES or (
+            len(self._held) > 1 and self._ends[-1] - self._ends[self.first] > MAX_HELD_BYTES
         ):
             self._held.popleft()
             self.first += 1
-        lost = max(self._owed - len(self._held), 0)
-        self._owed -= lost
-        self.lost += lost
+        n_lost = max(self._owed - len(self._held), 0)
+        self._owed -= n_lost
+        self.lost += n_lost
 
     def _try_to_log(self) -> None:
         try:
@@ -109,6 +109,6 @@ class LiveRecord(FrameLines):
 
 def _told(error: Exception) -> str:
     """Why, without the folder."""
-    words = one_line(error)
+    words = describe_error(error)
     why = words.rpartition("cannot write the log (")[2].removesuffix(")")
     return f"the log cannot be written ({why}): frames are shown without it"

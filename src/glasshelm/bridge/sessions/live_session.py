@@ -9,10 +9,10 @@ from typing import Any
 import msgspec
 
 from glasshelm.ais.reports import Feed, Report
-from glasshelm.bridge.server.fault_log import Faults, one_line
+from glasshelm.bridge.server.fault_log import FaultLog, describe_error
 from glasshelm.bridge.sessions.live_record import LiveRecord
-from glasshelm.bridge.sessions.log_index import new_log
-from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo, track_of
+from glasshelm.bridge.sessions.log_index import new_log_path
+from glasshelm.bridge.sessions.session import PredictedTrack, Session, SessionInfo, to_track
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Scenario
 from glasshelm.feeds.nmea_transport import FileFeed
@@ -25,25 +25,27 @@ from glasshelm.ship.nomoto import ShipParams, ship_named
 from glasshelm.simulation.live_advisor import LiveAdvisor
 
 #: Seconds between two looks while there is nothing to see yet.
-FIRST_LOOK_S = 1.0
+WAITING_STEP_S = 1.0
 
 
-class _Helm:
+class _LoggedAdvisor:
     """One pilot on watch, and the log of what it decides."""
 
     def __init__(self, pilot: Pilot, record: LiveRecord):
-        self.watch, self.record = LiveAdvisor(pilot), record
+        self.advisor, self.log = LiveAdvisor(pilot), record
         self.line: bytes | None = None
 
     def look(self, scenario: Scenario, time_s: float) -> Frame:
         try:
-            return self.watch.look(scenario, time_s)
+            return self.advisor.look(scenario, time_s)
         except Exception:
-            self.watch = LiveAdvisor(self.watch.pilot)  # what it remembers may be half of a look
+            self.advisor = LiveAdvisor(
+                self.advisor.pilot
+            )  # what it remembers may be half of a look
             raise
 
     def keep(self, frame: Frame) -> None:
-        self.line = self.record.append(frame)
+        self.line = self.log.append(frame)
 
 
 class LiveSession(Session):
@@ -62,14 +64,14 @@ class LiveSession(Session):
         self._params = ship_named(ship)
         self._waiting = ReportQueue()
         #: Why the feed has ended for good, if it has.
-        self._over: str | None = None
-        self.at = -1
-        self.card = SessionInfo(source, feed.title, "live", ship, None)
-        self._helm = self._helm_of(pilot)
-        self._other: _Helm | None = None
+        self._end_reason: str | None = None
+        self.index = -1
+        self.info = SessionInfo(source, feed.title, "live", ship, None)
+        self._main = self._helm_of(pilot)
+        self._compared: _LoggedAdvisor | None = None
         #: Sees what there is when the pilot cannot.
         self._unadvised = LiveAdvisor(StraightPilot())
-        self._faults = Faults()
+        self._faults = FaultLog()
         self._begun: Scenario | None = None
 
     async def listen(self) -> None:
@@ -79,13 +81,13 @@ class LiveSession(Session):
         """
         try:
             async for report in self._feed.reports():
-                self._over = None
+                self._end_reason = None
                 self._waiting.put(report)
         except InputError as error:
-            self._over = str(error)
+            self._end_reason = str(error)
             raise
         except Exception as error:
-            self._over = f"the feed failed ({one_line(error)})"
+            self._end_reason = f"the feed failed ({describe_error(error)})"
             raise
 
     @property
@@ -93,60 +95,64 @@ class LiveSession(Session):
         return not isinstance(self._feed, FileFeed)
 
     @property
-    def record(self) -> LiveRecord:
-        return self._helm.record
+    def log(self) -> LiveRecord:
+        return self._main.log
 
     @property
-    def pilot(self) -> str:
-        return self._helm.watch.pilot.name
+    def pilot_name(self) -> str:
+        return self._main.advisor.pilot.name
 
     @property
-    def compared(self) -> str | None:
-        return None if self._other is None else self._other.watch.pilot.name
+    def compared_name(self) -> str | None:
+        return None if self._compared is None else self._compared.advisor.pilot.name
 
     @property
-    def reach_s(self) -> tuple[float, float]:
-        now_s = self.record.times[self.at] if self.at >= 0 else 0.0
+    def seekable_range_s(self) -> tuple[float, float]:
+        now_s = self.log.times[self.index] if self.index >= 0 else 0.0
         return now_s, now_s
 
     @property
     def step_s(self) -> float:
-        return FIRST_LOOK_S if self.at < 0 else self._helm.watch.settings.step_s
+        return WAITING_STEP_S if self.index < 0 else self._main.advisor.settings.step_s
 
     @property
     def connected(self) -> bool:
         return self._feed.connected
 
     @property
-    def heard_s(self) -> float | None:
+    def last_report_age_s(self) -> float | None:
         now, heard = self._picture.now(), self._picture.heard
         return None if now is None or heard is None else (now - heard).total_seconds()
 
     @property
-    def own_s(self) -> float | None:
+    def own_position_age_s(self) -> float | None:
         return self._picture.own_age_s()
 
     @property
-    def counted(self) -> dict[str, Any]:
+    def feed_counts(self) -> dict[str, Any]:
         return {c.what: c.told() for c in (self._feed.counts, self._picture.counts)}
 
     @property
-    def troubles(self) -> list[str]:
-        feed = self._over or (None if self.connected else self._feed.trouble or "no connection")
+    def faults(self) -> list[str]:
+        feed = self._end_reason or (
+            None if self.connected else self._feed.trouble or "no connection"
+        )
         logs = (record.trouble for record in self._records)
-        return list(dict.fromkeys(t for t in (feed, *logs, *self._faults.told) if t is not None))
+        return list(
+            dict.fromkeys(t for t in (feed, *logs, *self._faults.messages) if t is not None)
+        )
 
     @property
     def _records(self) -> list[LiveRecord]:
-        return [helm.record for helm in (self._helm, self._other) if helm is not None]
+        return [helm.log for helm in (self._main, self._compared) if helm is not None]
 
-    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
+    def warm_up(self, pilot: Pilot, ahead: bool = True) -> None:
         watch = LiveAdvisor(pilot)
-        watch.look(_alone(self._params), 0.0)
+        watch.look(_lone_ship(self._params), 0.0)
         if ahead:
             watch.predicted()
 
-    def forward(self) -> Frame | None:
+    def next_frame(self) -> Frame | None:
         self._waiting.take(self._picture)
         now = self._picture.now()
         if now is None:
@@ -161,75 +167,75 @@ class LiveSession(Session):
             self._begin_anew()
         self._begun = begun = self._begun or scenario
         time_s = _since_s(begun, scenario)
-        told = dataclasses.replace(scenario, source=self.card.source, start=begun.start)
-        self.card = dataclasses.replace(self.card, title=told.title)
+        told = dataclasses.replace(scenario, source=self.info.source, start=begun.start)
+        self.info = dataclasses.replace(self.info, title=told.title)
         frame = self._looked(told, time_s)
-        self._helm.keep(frame)
-        self.at += 1
-        if self._other is not None:
-            self._other.line = None
-            with self._faults.contained("the compared pilot"):
-                self._other.keep(self._other.look(told, time_s))
+        self._main.keep(frame)
+        self.index += 1
+        if self._compared is not None:
+            self._compared.line = None
+            with self._faults.contain("the compared pilot"):
+                self._compared.keep(self._compared.look(told, time_s))
         self._note(*told.notes)
         return frame
 
     def seek(self, time_s: float) -> None:
         raise InputError("live traffic is shown as it is now: replay its log to look back")
 
-    def hand_over(self, pilot: Pilot) -> None:
+    def set_pilot(self, pilot: Pilot) -> None:
         """From the next look on; the log goes on."""
-        self._helm.watch = LiveAdvisor(pilot)
-        self._faults.heals("the pilot")
+        self._main.advisor = LiveAdvisor(pilot)
+        self._faults.clear("the pilot")
 
     def compare(self, pilot: Pilot | None) -> None:
-        if self._other is not None:
-            self._other.record.close()
-        self._other = None if pilot is None else self._helm_of(pilot)
-        self._faults.heals("the compared pilot")
+        if self._compared is not None:
+            self._compared.log.close()
+        self._compared = None if pilot is None else self._helm_of(pilot)
+        self._faults.clear("the compared pilot")
 
-    def beside(self) -> list[bytes]:
-        if self._other is None:
+    def compared_history(self) -> list[bytes]:
+        if self._compared is None:
             return []
-        return self._other.record.history(max(len(self._other.record) - 1, 0))
+        return self._compared.log.history(max(len(self._compared.log) - 1, 0))
 
-    def beside_now(self) -> bytes | None:
-        return None if self._other is None else self._other.line
+    def compared_line(self) -> bytes | None:
+        return None if self._compared is None else self._compared.line
 
-    def predicted(self) -> Predicted | None:
-        own = self._helm.watch.predicted()
-        return None if own is None else track_of(own, self._helm.watch.settings.step_s)
+    def predicted_track(self) -> PredictedTrack | None:
+        own = self._main.advisor.predicted()
+        return None if own is None else to_track(own, self._main.advisor.settings.step_s)
 
     def close(self) -> None:
-        self._helm.record.close()
-        if self._other is not None:
-            self._other.record.close()
+        self._main.log.close()
+        if self._compared is not None:
+            self._compared.log.close()
 
     def _broken(self, begun: Scenario, now: Scenario) -> bool:
         """Whether what comes cannot follow what was."""
-        last_s = self.record.times[-1] if len(self.record) else -1.0
+        last_s = self.log.times[-1] if len(self.log) else -1.0
         return now.origin != begun.origin or _since_s(begun, now) <= last_s
 
     def _looked(self, scenario: Scenario, time_s: float) -> Frame:
         """The frame of now; without advice where the pilot fails: who is near is still seen."""
-        with self._faults.contained("the pilot"):
-            return self._helm.look(scenario, time_s)
+        with self._faults.contain("the pilot"):
+            return self._main.look(scenario, time_s)
         frame = self._unadvised.look(scenario, time_s)
-        return msgspec.structs.replace(frame, pilot=self.pilot, decision=None)
+        return msgspec.structs.replace(frame, pilot=self.pilot_name, decision=None)
 
     def _begin_anew(self) -> None:
         self.close()
-        pilot, other = self._helm.watch.pilot, self._other
-        self._helm = self._helm_of(pilot)
-        self._other = None if other is None else self._helm_of(other.watch.pilot)
-        self._begun, self.at = None, -1
+        pilot, other = self._main.advisor.pilot, self._compared
+        self._main = self._helm_of(pilot)
+        self._compared = None if other is None else self._helm_of(other.advisor.pilot)
+        self._begun, self.index = None, -1
 
-    def _helm_of(self, pilot: Pilot) -> _Helm:
-        new_path = functools.partial(new_log, self._logs, self.card.source, pilot.name)
-        return _Helm(pilot, LiveRecord(new_path))
+    def _helm_of(self, pilot: Pilot) -> _LoggedAdvisor:
+        new_path = functools.partial(new_log_path, self._logs, self.info.source, pilot.name)
+        return _LoggedAdvisor(pilot, LiveRecord(new_path))
 
     def _note(self, *known: str) -> None:
         """Note what is known, what is wrong with the feed, and what of it was of no use."""
-        notes = [*self.troubles, *known]
+        notes = [*self.faults, *known]
         said, believed = self._feed.counts, self._picture.counts
         if said.faulty or said.useless:
             notes.append(said.sentence())
@@ -239,10 +245,10 @@ class LiveSession(Session):
             notes.append(f"{lost} frames were shown without being logged")
         if left_out := self._waiting.left_out:
             notes.append(f"{left_out} reports came faster than they could be taken")
-        self.card = dataclasses.replace(self.card, notes=tuple(notes))
+        self.info = dataclasses.replace(self.info, notes=tuple(notes))
 
 
-def _alone(ship: ShipParams) -> Scenario:
+def _lone_ship(ship: ShipParams) -> Scenario:
     """Own ship with nobody in sight, somewhere: of the same shapes as every picture."""
     picture, now = TrafficPicture("nobody"), datetime.now(UTC)
     picture.take(

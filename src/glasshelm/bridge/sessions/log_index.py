@@ -8,25 +8,25 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.bridge.server.protocol import LogCard
+from glasshelm.bridge.server.protocol import LogEntry
 from glasshelm.core.errors import NOT_JSON, InputError
 from glasshelm.frames.frame_log import LONGEST
 
 SUFFIX = ".jsonl"
 #: At most so many logs are listed, the newest first.
-MOST_LISTED = 50
+MAX_LISTED = 50
 #: Bytes of logs that are read at most to list them.
-COUNTED = 64_000_000
+MAX_READ_BYTES = 64_000_000
 _PIECE = 1_000_000
 
 
-def default_logs() -> Path:
+def default_log_dir() -> Path:
     """The user's data folder for logs."""
     root = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return root / "glasshelm" / "logs"
 
 
-def new_log(folder: Path, source: str, pilot: str) -> Path:
+def new_log_path(folder: Path, source: str, pilot: str) -> Path:
     """A path where no log is yet, named after the time (UTC), the source and the pilot."""
     time = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
     words = re.sub(r"[^a-z0-9]+", "-", f"{source}-{pilot}".lower()).strip("-")[:80]
@@ -36,7 +36,7 @@ def new_log(folder: Path, source: str, pilot: str) -> Path:
     return path
 
 
-def log_named(folder: Path, name: str) -> Path:
+def find_log(folder: Path, name: str) -> Path:
     """The log of that name. InputError if it is none of the folder's own."""
     if name not in (path.name for path in _newest(folder)):
         raise InputError(f"no log {name[:100]!r}: choose one of the catalogue")
@@ -82,11 +82,11 @@ class LogIndex:
         self._known: dict[str, _Counted] = {}
         self._counting = threading.Lock()
 
-    def cards(self) -> list[LogCard]:
+    def entries(self) -> list[LogEntry]:
         """The newest logs that hold a frame; how many, where they have been counted to the end."""
         with self._counting:
-            known, cards, left = {}, [], COUNTED
-            for path in _newest(self.folder)[:MOST_LISTED]:
+            known, cards, left = {}, [], MAX_READ_BYTES
+            for path in _newest(self.folder)[:MAX_LISTED]:
                 try:
                     there = path.stat()
                     counted = self._known.get(path.name)
@@ -104,7 +104,7 @@ class LogIndex:
                 whole = counted.read >= there.st_size
                 if counted.is_log and counted.frames:
                     frames = counted.frames if whole else None
-                    cards.append(LogCard(path.name, frames, counted.time_utc))
+                    cards.append(LogEntry(path.name, frames, counted.time_utc))
             self._known = known
         return cards
 

@@ -1,6 +1,6 @@
 """A session that shows a log again."""
 
-from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo
+from glasshelm.bridge.sessions.session import PredictedTrack, Session, SessionInfo
 from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
@@ -15,68 +15,68 @@ class ReplaySession(Session):
 
     def __init__(self, record: SessionLog):
         first = record.frame(0)
-        self._record, self.at = record, -1
+        self._record, self.index = record, -1
         self._pilot = first.pilot
         title = f"Log {record.path.name}: {first.source}"
         ship = f"{first.ship.loa_m:.0f} m"
-        self.card = SessionInfo(
+        self.info = SessionInfo(
             first.source, title, "replay", ship, record.times[-1], _notes(first)
         )
 
     @property
-    def record(self) -> SessionLog:
+    def log(self) -> SessionLog:
         return self._record
 
     @property
-    def pilot(self) -> str:
+    def pilot_name(self) -> str:
         return self._pilot
 
     @property
-    def compared(self) -> None:
+    def compared_name(self) -> None:
         return None
 
     @property
-    def reach_s(self) -> tuple[float, float]:
-        return self.record.times[0], self.record.times[-1]
+    def seekable_range_s(self) -> tuple[float, float]:
+        return self.log.times[0], self.log.times[-1]
 
     @property
     def step_s(self) -> float:
         """As the frames are apart, but never so far that a gap looks like an end."""
-        times, at = self.record.times, self.at
+        times, at = self.log.times, self.index
         if not 0 <= at < len(times) - 1:
             return _STEP_S
         return min(times[at + 1] - times[at], _LONGEST_STEP_S)
 
-    def forward(self) -> Frame | None:
-        if self.at + 1 >= len(self.record):
+    def next_frame(self) -> Frame | None:
+        if self.index + 1 >= len(self.log):
             return None
-        return self._shown(self.at + 1)
+        return self._shown(self.index + 1)
 
     def seek(self, time_s: float) -> None:
-        self._shown(self.record.at(time_s))
+        self._shown(self.log.index_at(time_s))
 
-    def hand_over(self, pilot: Pilot) -> None:
+    def set_pilot(self, pilot: Pilot) -> None:
         raise InputError("a log is shown as it was: open its source to try another pilot")
 
     def compare(self, pilot: Pilot | None) -> None:
         if pilot is not None:
             raise InputError("a log is shown as it was: open its source to compare pilots")
 
-    def beside(self) -> list[bytes]:
+    def compared_history(self) -> list[bytes]:
         return []
 
-    def beside_now(self) -> None:
+    def compared_line(self) -> None:
         return None
 
-    def predicted(self) -> Predicted | None:
+    def predicted_track(self) -> PredictedTrack | None:
         return None
 
     def close(self) -> None:
-        self.record.close()
+        self.log.close()
 
     def _shown(self, number: int) -> Frame:
-        frame = self.record.frame(number)
-        self.at, self._pilot = number, frame.pilot
+        frame = self.log.frame(number)
+        self.index, self._pilot = number, frame.pilot
         return frame
 
 

@@ -28,17 +28,17 @@ class SessionInfo:
 
 
 @dataclasses.dataclass(frozen=True)
-class Predicted:
+class PredictedTrack:
     """Own ship's predicted track, one row a step: east, north [m], heading [rad]."""
 
     step_s: float
     rows: Float[np.ndarray, "steps 3"]
 
 
-def track_of(own: ShipState, step_s: float) -> Predicted:
+def to_track(own: ShipState, step_s: float) -> PredictedTrack:
     """From predicted states to a track."""
     own = jax.device_get(own)
-    return Predicted(step_s, np.stack([own.east_m, own.north_m, own.heading_rad], axis=-1))
+    return PredictedTrack(step_s, np.stack([own.east_m, own.north_m, own.heading_rad], axis=-1))
 
 
 @runtime_checkable
@@ -50,24 +50,24 @@ class Session(Protocol):
     What has a body here is so for all sessions but live traffic.
     """
 
-    card: SessionInfo
-    at: int
+    info: SessionInfo
+    index: int
 
     @property
-    def record(self) -> FrameLines: ...
+    def log(self) -> FrameLines: ...
 
     @property
-    def pilot(self) -> str:
+    def pilot_name(self) -> str:
         """The name of the pilot who decides from now on."""
         ...
 
     @property
-    def compared(self) -> str | None:
+    def compared_name(self) -> str | None:
         """The name of the pilot compared with."""
         ...
 
     @property
-    def reach_s(self) -> tuple[float, float]:
+    def seekable_range_s(self) -> tuple[float, float]:
         """The times between which can be sought."""
         ...
 
@@ -82,17 +82,17 @@ class Session(Protocol):
         return True
 
     @property
-    def heard_s(self) -> float | None:
+    def last_report_age_s(self) -> float | None:
         """The age of the last position heard, of any ship [s]."""
         return None
 
     @property
-    def own_s(self) -> float | None:
+    def own_position_age_s(self) -> float | None:
         """The age of own ship's own position [s]: what is shown is of now while that is."""
         return None
 
     @property
-    def troubles(self) -> list[str]:
+    def faults(self) -> list[str]:
         """What goes wrong now, one line each; the notes tell it too."""
         return []
 
@@ -102,11 +102,11 @@ class Session(Protocol):
         return False
 
     @property
-    def counted(self) -> dict[str, Any] | None:
+    def feed_counts(self) -> dict[str, Any] | None:
         """How much of what was heard became of use, in numbers."""
         return None
 
-    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
+    def warm_up(self, pilot: Pilot, ahead: bool = True) -> None:
         """Compile what this pilot needs here, so that frames go on when it takes over.
 
         Without ``ahead``, all but its predicted track. May run beside the worker:
@@ -117,7 +117,7 @@ class Session(Protocol):
         """Hear what the source says, in the event loop, until cancelled."""
 
     @abstractmethod
-    def forward(self) -> Frame | None:
+    def next_frame(self) -> Frame | None:
         """Show the next frame; None where there is none (yet). Where it fails nothing has moved."""
         ...
 
@@ -127,7 +127,7 @@ class Session(Protocol):
         ...
 
     @abstractmethod
-    def hand_over(self, pilot: Pilot) -> None:
+    def set_pilot(self, pilot: Pilot) -> None:
         """From the frame shown on another pilot decides."""
         ...
 
@@ -137,17 +137,17 @@ class Session(Protocol):
         ...
 
     @abstractmethod
-    def beside(self) -> list[bytes]:
+    def compared_history(self) -> list[bytes]:
         """The compared pilot's frames before the one shown, as they stand in her log."""
         ...
 
     @abstractmethod
-    def beside_now(self) -> bytes | None:
+    def compared_line(self) -> bytes | None:
         """The compared pilot's frame of the instant shown, if she has not ended before."""
         ...
 
     @abstractmethod
-    def predicted(self) -> Predicted | None:
+    def predicted_track(self) -> PredictedTrack | None:
         """Own ship's track under the pilot from the frame shown on."""
         ...
 

@@ -5,19 +5,19 @@ from pathlib import Path
 
 from glasshelm.bridge.server.protocol import Open, Replay
 from glasshelm.bridge.sessions.live_session import LiveSession
-from glasshelm.bridge.sessions.log_index import log_named
+from glasshelm.bridge.sessions.log_index import find_log
 from glasshelm.bridge.sessions.replay_session import ReplaySession
 from glasshelm.bridge.sessions.session import Session
 from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.bridge.sessions.simulated_session import SimulatedSession
-from glasshelm.bridge.sessions.source_list import SourceList, alias
+from glasshelm.bridge.sessions.source_list import SourceList, display_name
 from glasshelm.core.errors import InputError
 from glasshelm.frames import frame_log
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.pilot_resolution import DEFAULT_SHIP, ship_for
 
 
-def opened(
+def open_session(
     asked: Open | Replay,
     catalogue: SourceList,
     logs: Path,
@@ -28,12 +28,14 @@ def opened(
     ``progress`` is told which share of a log has been read.
     """
     if isinstance(asked, Replay):
-        return replayed(log_named(logs, asked.log), progress)
-    begin = prepared(catalogue, logs, asked.source, asked.pilot, asked.ship, asked.own, asked.at)
+        return open_replay(find_log(logs, asked.log), progress)
+    begin = prepare_session(
+        catalogue, logs, asked.source, asked.pilot, asked.ship, asked.own, asked.at
+    )
     return begin()
 
 
-def prepared(
+def prepare_session(
     catalogue: SourceList,
     logs: Path,
     source: str,
@@ -48,11 +50,11 @@ def prepared(
     if catalogue.is_live(source) and catalogue.feed is not None:
         if at is not None:
             raise InputError(f"{source}: live traffic begins now; leave out at")
-        feed, name = catalogue.live(own), alias(catalogue.feed)
+        feed, name = catalogue.open_feed(own), display_name(catalogue.feed)
 
         def begin() -> Session:
             live = LiveSession(name, feed, TrafficPicture(name), helm, preset, logs)
-            live.ready(helm)
+            live.warm_up(helm)
             return live
 
         return begin
@@ -66,6 +68,6 @@ def check_log(path: Path) -> None:
         raise InputError(f"{path}: no frame in it; it was cut off, or is no log")
 
 
-def replayed(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
+def open_replay(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
     """A log shown again; ``progress`` is told which share of it has been read."""
     return ReplaySession(SessionLog(path, fresh=False, progress=progress))

@@ -77,7 +77,7 @@ class FrameLines(ABC):
             first += 1
         return self.lines(first, end)
 
-    def at(self, time_s: float) -> int:
+    def index_at(self, time_s: float) -> int:
         """The number of the last frame that is not later; the first if all are."""
         return max(bisect.bisect_right(self.times, time_s + 1e-6) - 1, 0)
 
