@@ -71,7 +71,7 @@ def run(
     from glasshelm.bridge.server.server import bind, limits_of_process, page_url, serve
     from glasshelm.bridge.server.session_hub import SessionHub
     from glasshelm.bridge.sessions.log_index import LogIndex, default_log_dir
-    from glasshelm.bridge.sessions.session_factory import check_log, open_replay, prepare_session
+    from glasshelm.bridge.sessions.session_factory import open_replay, prepare_session
     from glasshelm.bridge.sessions.source_list import SourceList, is_live_source
     from glasshelm.certify.sensor_error_bounds import declared
     from glasshelm.core.errors import InputError

@@ -1,4 +1,4 @@
-"""What is told beside the frames: sentence, rules, alarms. All of it follows from frames."""
+"""What is shown with a frame: sentence, COLREGs roles and alarms, all computed from frames."""
 
 from collections import deque
 from typing import NamedTuple
@@ -18,7 +18,7 @@ RAISING_ALARMS = "raising alarms"
 
 
 class Annotations(NamedTuple):
-    """What is told beside one frame."""
+    """What is shown with one frame."""
 
     sentence: Sentence | None
     encounters: dict[str, EncounterStatus]
@@ -26,45 +26,45 @@ class Annotations(NamedTuple):
 
 
 class FrameAnnotator:
-    """Sees the frames of a session in order; :meth:`again` after a jump in time.
+    """Annotates the frames of a session in order; call :meth:`reset` after a jump in time.
 
-    What fails is in ``faults`` and left out; alarms wait for nothing else.
+    A part that fails is recorded in ``faults`` and left out; the alarms depend on no other part.
     """
 
-    def __init__(self, alarms: AlarmList, faults: FaultLog | None = None):
-        self.alarms, self.faults = alarms, faults or FaultLog()
-        self._listed: list[Alarm] = []
+    def __init__(self, alarms: AlarmList, faults: FaultLog):
+        self._alarms, self._faults = alarms, faults
+        self._last_alarms: list[Alarm] = []
         self._recent: deque[Frame] = deque(maxlen=FRAMES)
-        self._rules = EncounterTracker()
+        self._encounters = EncounterTracker()
 
-    def reset(self, before: list[bytes]) -> None:
-        """Begin anew, after these frames (as they stand in a log)."""
+    def reset(self, lines: list[bytes]) -> None:
+        """Start again after these frames, given as lines of a log."""
         self._recent.clear()
-        self._rules = EncounterTracker()
+        self._encounters = EncounterTracker()
         decoder = msgspec.json.Decoder(Frame)
-        for line in before:
+        for line in lines:
             frame = decoder.decode(line)
             self._recent.append(frame)
-            self._rules.see(frame)
+            self._encounters.see(frame)
 
     def recent(self, count: int) -> tuple[Frame, ...]:
-        """The last frames seen, as far as there are so many."""
+        """Return the last ``count`` frames, or fewer if there are fewer."""
         return tuple(self._recent)[-count:]
 
     def annotate(self, frame: Frame, ahead: PredictedTrack | None) -> Annotations:
-        """What is to be told of the next frame."""
+        """Annotate the next frame, given the predicted track from it on."""
         self._recent.append(frame)
-        with self.faults.contain(RAISING_ALARMS):
-            self._listed = self.alarms.update(frame)
-        meetings: dict[str, EncounterStatus] = {}
-        with self.faults.contain("telling the rules"):
-            meetings = self._rules.see(frame)
+        with self._faults.contain(RAISING_ALARMS):
+            self._last_alarms = self._alarms.update(frame)
+        encounters: dict[str, EncounterStatus] = {}
+        with self._faults.contain("classifying encounters"):
+            encounters = self._encounters.see(frame)
         sentence = None
-        with self.faults.contain("telling the sentence"):
+        with self._faults.contain("writing the sentence"):
             sentence = self._sentence(ahead)
-        return Annotations(sentence, meetings, self._listed)
+        return Annotations(sentence, encounters, self._last_alarms)
 
     def _sentence(self, ahead: PredictedTrack | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        told = now(tuple(self._recent), rows, step_s, self._rules.kinds)
-        return None if told is None else Sentence(told.what, told.why, told.next)
+        current = now(tuple(self._recent), rows, step_s, self._encounters.kinds)
+        return None if current is None else Sentence(current.what, current.why, current.next)

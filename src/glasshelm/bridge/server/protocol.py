@@ -1,24 +1,31 @@
-"""What the page and the server say to each other: JSON objects, each with its ``type``.
+"""The messages between the page and the server: JSON objects, each with a ``type``.
 
-docs/bridge.md holds the same as a table. Frames travel as the bytes that stand
-in the log: they are encoded once, however many look on.
+docs/bridge.md lists them in a table. A frame travels as the bytes of its line in the log, so it is
+encoded once however many viewers there are.
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Band
 
-#: Longer messages of a viewer are refused [bytes].
+#: Longer requests are refused [bytes].
 MAX_REQUEST_BYTES = 64 * 1024
 
 ShortText = Annotated[str, msgspec.Meta(max_length=200)]
 SourceKind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
-#: An owner may change what all see; a viewer looks on, and may ask what-if.
+#: An owner may change what everybody sees; a viewer may only watch, and ask what-if questions.
 Role = Literal["owner", "viewer"]
+
+
+class AlarmLimits(msgspec.Struct, frozen=True):
+    """An alarm is raised where DCPA and TCPA are both below these limits."""
+
+    dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)] = 1852.0
+    tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 600.0
 
 
 class _Request(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
@@ -26,7 +33,7 @@ class _Request(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
 
 
 class Open(_Request, frozen=True):
-    """Begin a session. ``own`` and ``at`` are of recorded traffic only."""
+    """Open a session. ``own`` and ``at`` apply to recorded traffic only."""
 
     source: ShortText
     pilot: ShortText | None = None
@@ -36,19 +43,19 @@ class Open(_Request, frozen=True):
 
 
 class Replay(_Request, frozen=True):
-    """Show a log again, by its name in the catalogue."""
+    """Replay a log, by its name in the catalogue."""
 
     log: ShortText
 
 
 class SetPilot(_Request, frozen=True, tag="pilot"):
-    """From now on another pilot decides."""
+    """Let another pilot decide from now on."""
 
     name: ShortText
 
 
 class Compare(_Request, frozen=True):
-    """Show beside it how another pilot sails the same; null: no longer."""
+    """Also show how another pilot handles the same encounter; null ends it."""
 
     name: ShortText | None = None
 
@@ -62,7 +69,7 @@ class Pause(_Request, frozen=True):
 
 
 class SetRate(_Request, frozen=True, tag="rate"):
-    """Seconds of the voyage a second."""
+    """Set how many seconds of the voyage pass in a second."""
 
     rate: Annotated[float, msgspec.Meta(ge=1, le=60)]
 
@@ -72,22 +79,19 @@ class Seek(_Request, frozen=True):
 
 
 class Acknowledge(_Request, frozen=True):
-    """An alarm has been seen: for all viewers at once."""
+    """Acknowledge an alarm, for all viewers."""
 
     id: ShortText
 
 
-class SetLimits(_Request, frozen=True, tag="limits"):
-    """An alarm is raised where DCPA and TCPA are both below these."""
-
-    dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)] = 1852.0
-    tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 600.0
+class SetLimits(_Request, AlarmLimits, frozen=True, tag="limits"):
+    """Set the limits of the alarms, for all viewers."""
 
 
 class AskWhatIf(_Request, frozen=True, tag="whatif"):
-    """How own ship would go on from the frame shown if something were different.
+    """Ask how own ship would go on from the frame shown if something were different.
 
-    ``ship`` is deleted, hidden from the pilot, or keeps her course (null: own ship);
+    ``ship`` is deleted, hidden from the pilot, or keeps its course (null: own ship);
     ``degrees`` is the rudder to hold for a minute, starboard positive.
     """
 
@@ -114,13 +118,13 @@ Request = (
     | AskWhatIf
     | Ping
 )
-#: What changes nothing that others see.
+#: The requests that change nothing others see.
 ViewerRequest = Ping | AskWhatIf
 _decoder = msgspec.json.Decoder(Request)
 
 
 def decode_request(text: str | bytes) -> Request:
-    """A viewer's message. InputError, in one line, if it is none."""
+    """Decode a viewer's message. InputError, in one line, if it is not a request."""
     try:
         text = text.encode() if isinstance(text, str) else text
         if len(text) > MAX_REQUEST_BYTES:
@@ -129,11 +133,8 @@ def decode_request(text: str | bytes) -> Request:
             )
         return _decoder.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise InputError(f"not a message of this protocol: {_line(error)}") from None
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"not a message of this protocol: {reason}") from None
 
 
 class ServerMessage(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
@@ -147,7 +148,7 @@ class SourceEntry(msgspec.Struct, frozen=True):
 
 
 class PilotEntry(msgspec.Struct, frozen=True):
-    """``ship`` is the preset that the pilot was made for; null: any."""
+    """``ship`` is the preset the pilot was made for; null: any."""
 
     name: str
     title: str
@@ -156,7 +157,7 @@ class PilotEntry(msgspec.Struct, frozen=True):
 
 
 class LogEntry(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A log; of a long one how many frames it has may not be known yet."""
+    """A log; ``frames`` is absent while a long log has not been counted to its end."""
 
     name: str
     frames: int | None = None
@@ -164,22 +165,15 @@ class LogEntry(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Catalogue(msgspec.Struct, frozen=True):
-    """All that may be opened from the page."""
+    """Everything the page can open."""
 
     scenarios: list[SourceEntry]
     pilots: list[PilotEntry]
     logs: list[LogEntry]
 
 
-class AlarmLimits(msgspec.Struct, frozen=True):
-    """The limits of the alarms."""
-
-    dcpa_m: float
-    tcpa_s: float
-
-
 class Hello(ServerMessage, frozen=True):
-    """``role`` is that of who is told."""
+    """The first message to a viewer, sent again when it changes; ``role`` is the viewer's own."""
 
     version: str
     catalogue: Catalogue
@@ -188,14 +182,14 @@ class Hello(ServerMessage, frozen=True):
 
 
 class Preparing(ServerMessage, frozen=True):
-    """What is being made ready while the session shown goes on; null: no more."""
+    """What is being prepared while the session shown goes on; null: nothing."""
 
     what: str | None
 
 
 class SessionMessage(ServerMessage, frozen=True, tag="session"):
-    """What is being shown, and how. In live traffic ``heard_s`` is the age of the last position
-    heard of any ship, ``own_s`` that of own ship's own."""
+    """The session shown. In live traffic ``heard_s`` is the age of the last position of any ship,
+    ``own_s`` that of own ship's position."""
 
     source: str
     title: str
@@ -217,7 +211,7 @@ class SessionMessage(ServerMessage, frozen=True, tag="session"):
 
 
 class History(ServerMessage, frozen=True):
-    """All frames that the page is to hold; ``compare`` those of the compared pilot."""
+    """The frames before the one shown; ``compare`` holds those of the compared pilot."""
 
     frames: list[msgspec.Raw]
     compare: list[msgspec.Raw]
@@ -230,7 +224,7 @@ class Sentence(msgspec.Struct, frozen=True):
 
 
 class EncounterStatus(msgspec.Struct, frozen=True):
-    """What own ship is to a target under the COLREGs, while there is risk of collision."""
+    """Own ship's role towards a target under the COLREGs while risk of collision exists."""
 
     type: Literal["head-on", "crossing", "overtaking", "overtaken", "none"]
     role: Literal["give-way", "stand-on", "none"]
@@ -262,7 +256,7 @@ class Alarms(ServerMessage, frozen=True):
 
 
 class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
-    """Own ship's two futures from the frame of ``time_s`` on, a point every 30 s: as things are
+    """Own ship's two futures from the frame at ``time_s`` on, a point every 30 s: as things are
     (``fact``), and under the ``condition`` (``other``)."""
 
     time_s: float
@@ -275,10 +269,10 @@ class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
 
 
 class BandMessage(ServerMessage, frozen=True, tag="band"):
-    """The certified rudder band of one frame: of that time, pilot and rudder, and of no other.
+    """The certified rudder band of one frame, identified by time, pilot and rudder.
 
-    ``short`` says what is certain, ``full`` between which rudders and for which errors, or why
-    there is no band.
+    ``short`` says what is certain; ``full`` between which rudders and for which sensor errors, or
+    why there is no band.
     """
 
     time_s: float
@@ -301,9 +295,16 @@ class Pong(ServerMessage, frozen=True):
     pass
 
 
+class Outgoing(NamedTuple):
+    """An encoded message, and its type."""
+
+    kind: str
+    data: bytes
+
+
 _encoder = msgspec.json.Encoder()
 
 
-def encode(message: ServerMessage) -> bytes:
-    """The message as it is sent."""
-    return _encoder.encode(message)
+def encode(message: ServerMessage) -> Outgoing:
+    """Encode a message once, for all viewers that get it."""
+    return Outgoing(str(message.__struct_config__.tag), _encoder.encode(message))
