@@ -11,7 +11,8 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 PAGE := src/glasshelm/bridge/static/index.html
 PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
 
-.PHONY: help install test page page-test demo stories bench safety fuzz lint format wheel clean
+.PHONY: help install test page page-test demo stories bench safety fuzz lint format types wheel clean \
+  docs docs-install docs-check docs-site
 
 help:
 	@echo "make test    all tests"
@@ -22,6 +23,11 @@ help:
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make fuzz    a million mangled lines and messages to live sessions, 100,000 to the bridge (nightly)"
 	@echo "make lint    ruff and pyright"
+	@echo "make format  ruff, eslint and prettier, with their fixes applied"
+	@echo "make types   JSON schemas of frames and messages from the code, the page's types from them"
+	@echo "make docs    the documentation, served on this machine"
+	@echo "make docs-site  the documentation, built strictly into build/site, its notebooks run"
+	@echo "make docs-check spelling and style of documentation and docstrings"
 	@echo "make wheel   build the wheel and test it outside the tree"
 
 install: $(VENV)/installed
@@ -56,6 +62,11 @@ lint: install
 format: install
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+	PYTHON=$(PYTHON) scripts/page format
+
+types: install
+	$(BIN)/python scripts/schemas.py
+	PYTHON=$(PYTHON) scripts/page types
 
 demo: install page
 	$(BIN)/glasshelm bridge
@@ -79,6 +90,22 @@ safety: install
 fuzz: install
 	$(BIN)/python -m benchmarks.session_fuzz --count 1000000
 	$(BIN)/python benchmarks/bridge_fuzz.py --count 100000
+
+docs-install: install $(VENV)/installed-docs
+
+$(VENV)/installed-docs: requirements/docs.txt | $(VENV)/installed
+	$(BIN)/python -m pip install -q --require-hashes -r requirements/docs.txt
+	@touch $@
+
+docs: docs-install
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve
+
+docs-site: docs-install
+	NO_MKDOCS_2_WARNING=1 RUN_NOTEBOOKS=1 $(BIN)/mkdocs build --strict
+
+docs-check: docs-install
+	$(BIN)/codespell
+	$(BIN)/python scripts/check_prose.py
 
 wheel: install page
 	rm -rf dist

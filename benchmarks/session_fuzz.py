@@ -35,7 +35,7 @@ from websockets.exceptions import ConnectionClosed
 
 from glasshelm.ais.table import OWN_SENSORS, Reports
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import SetLimits
+from glasshelm.bridge.server.protocol import AlarmLimits
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.feeds.feed_factory import feed_from
 from glasshelm.live.traffic_picture import TrafficPicture
@@ -163,7 +163,7 @@ async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event)
     pilot = StraightPilot()
     live = LiveSession("fuzz", feed, picture, pilot, "paper", logs)
     live.warm_up(pilot)
-    presenter = Presenter(live, SetLimits())
+    presenter = Presenter(live, AlarmLimits())
     listening = asyncio.create_task(presenter.session.listen())
     quiet_since, heard = time.monotonic(), -1
     try:
@@ -193,7 +193,7 @@ def _look(presenter: Presenter, outcome: Outcome) -> None:
     outcome.looks += 1
     try:
         told = presenter.advance() or []
-        told.append(("session", presenter.session_message(True, 1.0)))
+        told.append(presenter.session_message(True, 1.0))
         for kind, message in told:
             content = json.loads(message, parse_constant=_no_number)
             if kind != "frame":

@@ -10,7 +10,7 @@ from safetensors.numpy import save
 from tests.voyages import plain
 
 from glasshelm.cli import main
-from glasshelm.frames.frame_log import write
+from glasshelm.frames.frame_log import write_log
 from glasshelm.networks.checkpoint import FORMAT, read_header
 from glasshelm.pilots.registry import WEIGHTS
 
@@ -138,7 +138,7 @@ WRITE = [
     "explain log.jsonl --out FILE",
     "explain imazu:1 --pilot straight --steps 0 --out FILE",
     "whatif log.jsonl --at 0 --pilot straight --minutes 0.1 --out FILE",
-    "bridge imazu:1 --no-open --port 0 --log FILE",
+    "bridge imazu:1 --no-open --port 0 --log-dir FILE",
     "evaluate --pilots straight --ships paper --suite imazu --out FILE",
     "exam --pilots paper-sum --out FILE",
     "train --preset tiny --out FILE",
@@ -186,7 +186,7 @@ def test_weights(content, capsys):
 @pytest.mark.parametrize("content", ["empty", "junk", "no layers", "wide layers", "deep header"])
 @pytest.mark.parametrize("command", SAIL[1:])
 def test_weights_of_every_command(command, content, capsys):
-    write("log.jsonl", plain()[:3])
+    write_log("log.jsonl", plain()[:3])
     Path("file.safetensors").write_bytes(FILES[content])
     assert told(command, "file.safetensors", capsys).count("\n") == 1
 
@@ -194,7 +194,7 @@ def test_weights_of_every_command(command, content, capsys):
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("command", SAIL)
 def test_places_of_weights(command, place, capsys):
-    write("log.jsonl", plain()[:3])
+    write_log("log.jsonl", plain()[:3])
     Path("folder.safetensors").mkdir()
     assert told(command, f"{PLACES[place]}.safetensors", capsys).count("\n") == 1
 
@@ -202,7 +202,7 @@ def test_places_of_weights(command, place, capsys):
 @pytest.mark.parametrize("place", [LONG, f"a/{LONG}/b", "file/below"])
 @pytest.mark.parametrize("command", WRITE)
 def test_places_to_write(command, place, capsys):
-    write("log.jsonl", plain()[:3])
+    write_log("log.jsonl", plain()[:3])
     Path("file").touch()
     told(command, place, capsys)
 

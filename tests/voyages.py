@@ -45,7 +45,7 @@ def voyage(
     rudder_deg: Curve | None = None,
     alone_deg: Curve | None = None,
     applied: bool = True,
-    outside: Callable[[int], list[str] | None] = lambda k: None,
+    outside_training: Callable[[int], list[str] | None] = lambda k: None,
     time_utc: Callable[[int], str | None] = lambda k: None,
     sweep: bool = False,
 ) -> list[f.Frame]:
@@ -81,9 +81,9 @@ def voyage(
                 ),
                 weights_sha256="0123456789abcdef" * 4 if learned else None,
                 time_utc=time_utc(k),
-                priority=f.ByTask(waypoint_priority(k), total) if waypoint_priority else None,
+                priority=f.BySubTask(waypoint_priority(k), total) if waypoint_priority else None,
                 sweep=_sweep(targets) if sweep else None,
-                outside=outside(k),
+                outside_training=outside_training(k),
             )
         )
     return frames

@@ -21,7 +21,7 @@ class Other:
     course_deg: float = 180.0
     speed_m_s: float = SPEED_M_S
     lost: bool = False
-    fed: bool = True
+    selected: bool = True
 
 
 def frame(time_s: float, *others: Other, heading_deg: float = 0.0, **fields) -> Frame:
@@ -56,5 +56,5 @@ def _target(time_s: float, own: f.Own, other: Other) -> f.Target:
         tcpa_s=tcpa,
         danger=0.0,
         lost=other.lost,
-        fed=other.fed,
+        selected=other.selected,
     )

@@ -13,6 +13,7 @@ from tests.bridge.test_live_session import Made
 from glasshelm.ais.reports import Feed
 from glasshelm.bridge.server import session_hub
 from glasshelm.bridge.server.background_jobs import BackgroundJobs
+from glasshelm.bridge.server.protocol import Open
 from glasshelm.bridge.server.request_queue import MAX_REQUESTS
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
@@ -57,8 +58,8 @@ async def playing(folder, source="imazu:1"):
     """A hub that plays, its clock, and one viewer."""
     catalogue = SourceList(LogIndex(folder))
     hub = SessionHub(catalogue, folder)
-    await hub.show(prepare_session(catalogue, folder, source, "straight", "paper", None, None))
-    clock = asyncio.create_task(hub.play())
+    await hub.show(prepare_session(Open(source, "straight", "paper"), catalogue, folder))
+    clock = asyncio.create_task(hub.player.play())
     try:
         yield hub, await Viewer(hub).join()
     finally:
@@ -129,7 +130,7 @@ def test_what_is_shown_goes_on_while_something_is_prepared(tmp_path, held, asked
                 pass
             while hub._requests:
                 await asyncio.sleep(0.01)
-            return json.loads(hub._session_now(hub._require_presenter()))
+            return json.loads(hub.player.session_message(hub.player.require_presenter()).data)
 
     session = asyncio.run(look_on())
     expected = {
@@ -148,7 +149,7 @@ def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_don
     async def come_early():
         catalogue = SourceList(LogIndex(tmp_path))
         hub = SessionHub(catalogue, tmp_path)
-        begin = prepare_session(catalogue, tmp_path, "imazu:1", "straight", "paper", None, None)
+        begin = prepare_session(Open("imazu:1", "straight", "paper"), catalogue, tmp_path)
 
         def slowly():
             assert go_on.wait(4 * SOON_S)
@@ -167,8 +168,8 @@ def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_don
             while hub._requests:
                 await asyncio.sleep(0.01)
             await showing
-            assert not hub._playing
-            assert (hub._limits.dcpa_m, hub.n_failed) == (100.0, 0)
+            assert not hub.player.playing
+            assert (hub.player.limits.dcpa_m, hub.n_failed) == (100.0, 0)
         finally:
             go_on.set()
             hub.close()
@@ -194,7 +195,7 @@ def test_of_a_flood_of_requests_none_is_lost_and_few_wait(tmp_path, held):
             await asyncio.wait_for(one_more, SOON_S)
             while hub._requests:
                 await asyncio.sleep(0.01)
-            assert (hub._rate, hub.n_failed) == (60, 0)
+            assert (hub.player.rate, hub.n_failed) == (60, 0)
 
     asyncio.run(flood())
 
@@ -240,8 +241,8 @@ def test_live_traffic_needs_no_compiler_either(tmp_path):
     made = len(pilot.traced)
     assert made > 0
     session.set_pilot(pilot)
-    session._main.watch.look(_lone_ship(ship_named("paper")), 0.0)
-    session._main.watch.look(_lone_ship(ship_named("paper")), 5.0)
+    session._main.advisor.look(_lone_ship(ship_named("paper")), 0.0)
+    session._main.advisor.look(_lone_ship(ship_named("paper")), 5.0)
     session.predicted_track()
     assert len(pilot.traced) == made
     session.close()

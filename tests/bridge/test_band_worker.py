@@ -13,7 +13,7 @@ from tests.clock import clock, now_s, run
 
 from glasshelm.bridge.annotate import band_worker
 from glasshelm.bridge.annotate.band_worker import CPU_SHARE, BandWorker, band_message
-from glasshelm.bridge.server.protocol import BandMessage
+from glasshelm.bridge.server.protocol import BandMessage, Open
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.certify.logged_measurements import CELLS
@@ -190,7 +190,7 @@ def test_the_bridge_tells_the_band_of_the_frame_shown(tmp_path):
     from glasshelm.bridge.sessions.session_factory import prepare_session
 
     catalogue = SourceList(LogIndex(tmp_path))
-    first = prepare_session(catalogue, tmp_path, "random:35", "paper-sum", "paper", None, None)
+    first = prepare_session(Open("random:35", "paper-sum", "paper"), catalogue, tmp_path)
     hub = SessionHub(catalogue, tmp_path, errors=ERRORS)
     app = create_app(hub, AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:

@@ -20,10 +20,11 @@ from glasshelm.bridge.server import connections, quiet_logging
 from glasshelm.bridge.server.access_control import AccessControl
 from glasshelm.bridge.server.app import create_app
 from glasshelm.bridge.server.connections import ConnectionLimits, PendingConnections
+from glasshelm.bridge.server.protocol import Outgoing
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 
 #: No client may hold the others up for longer [s]; without bounds it was seconds.
@@ -34,7 +35,7 @@ CONT = 0
 @pytest.fixture
 def small(tmp_path) -> Iterator[tuple[uvicorn.Server, int]]:
     """A server with room for few, which shows a log of ten minutes."""
-    record = SessionLog(tmp_path / "ten.jsonl", fresh=True)
+    record = FileLog(tmp_path / "ten.jsonl", fresh=True)
     for k in range(120):
         record.append(frame(5 * k))
     record.close()
@@ -42,11 +43,11 @@ def small(tmp_path) -> Iterator[tuple[uvicorn.Server, int]]:
     app = create_app(
         hub,
         AccessControl("127.0.0.1", None),
-        lambda: ReplaySession(SessionLog(record.path, fresh=False)),
+        lambda: ReplaySession(FileLog(record.path, fresh=False)),
         static=tmp_path / "static",
-        most_viewers=5,
+        max_viewers=5,
     )
-    with served(app, ConnectionLimits(viewers=5, waiting=8, backlog=4)) as server:
+    with served(app, ConnectionLimits(viewers=5, pending=8, backlog=4)) as server:
         yield server
 
 
@@ -169,9 +170,9 @@ def test_who_floods_crowds_out_himself():
 def test_there_is_room_only_for_so_many_as_files_can_be_opened():
     for files in (*range(2000), 65_536, 2**31):
         room = ConnectionLimits.for_files(files)
-        assert min(room.viewers, room.waiting, room.backlog) >= 1
+        assert min(room.viewers, room.pending, room.backlog) >= 1
         if files >= 128:
-            assert 64 + room.viewers + room.waiting + 4 * room.backlog <= files
+            assert 64 + room.viewers + room.pending + 4 * room.backlog <= files
         if files >= 512:
             assert room.viewers == 100
 
@@ -237,7 +238,7 @@ def test_a_viewer_who_takes_nothing_is_dropped(tmp_path, monkeypatch):
 
         def fill() -> None:
             for _ in range(8):
-                viewer.put("frame", b"x" * 2_000_000)
+                viewer.put(Outgoing("frame", b"x" * 2_000_000))
 
         loop.call_soon_threadsafe(fill)
         assert _becomes(lambda: len(hub.viewers), 0)
@@ -259,7 +260,7 @@ FILES = 128
 def test_a_server_of_few_files_is_not_locked_by_hundreds_of_idle_connections(tmp_path):
     """Nor does its terminal fill; frames go on to who is there, and who comes gets in."""
     heard: list[str] = []
-    voyage = ("imazu:1", "--pilot", "straight", "--log", str(tmp_path))
+    voyage = ("imazu:1", "--pilot", "straight", "--log-dir", str(tmp_path))
     process, url = start(*voyage, heard=heard, files=FILES)
     host, port = url.removeprefix("ws://").removesuffix("/ws").split(":")
     over = threading.Event()

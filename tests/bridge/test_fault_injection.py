@@ -18,10 +18,10 @@ from glasshelm.bridge.annotate.band_worker import BandWorker
 from glasshelm.bridge.server import fault_log
 from glasshelm.bridge.server.fault_log import FaultLog, describe_error, supervise
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import SetLimits
+from glasshelm.bridge.server.protocol import AlarmLimits
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
-from glasshelm.bridge.sessions import live_record
+from glasshelm.bridge.sessions import live_log
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
@@ -59,9 +59,9 @@ class Watched:
         self.live = LiveSession(
             "tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder
         )
-        self.presenter = Presenter(self.live, SetLimits())
+        self.presenter = Presenter(self.live, AlarmLimits())
         self.hub = SessionHub(SourceList(LogIndex(folder)), folder, self.writer)
-        self.hub._presenter, self.hub._playing = self.presenter, True
+        self.self.hub.player.presenter, self.hub.player.playing = self.presenter, True
         self.viewer = ViewerQueue()
         self.hub.viewers.add(self.viewer)
         self.time_s = 0.0
@@ -78,7 +78,7 @@ class Watched:
         ]
         await self.live.listen()
         self.picture.time_s = self.time_s
-        await self.hub._advance()
+        await self.hub.player.advance()
         shown = 0
         while len(self.viewer):
             message = json.loads(await self.viewer.get())
@@ -95,13 +95,13 @@ class Watched:
 
     @property
     def faults(self) -> list[str]:
-        return self.hub.faults
+        return self.hub.player.faults
 
     def logged(self, folder) -> list[dict]:
         """The frames of all logs, which can be read."""
         frames = []
         for path in sorted(folder.glob("*.jsonl")):
-            frames += [frame.time_s for frame in frame_log.read(path)]
+            frames += [frame.time_s for frame in frame_log.read_log(path)]
         return frames
 
     def close(self) -> None:
@@ -243,12 +243,14 @@ def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, mo
     shown, times = asyncio.run(voyage())
     assert shown >= 5  # it takes some reports to believe another time
     assert times == [5.0 * k for k in range(len(times))]
-    logs = [[frame.time_s for frame in frame_log.read(path)] for path in tmp_path.glob("*.jsonl")]
+    logs = [
+        [frame.time_s for frame in frame_log.read_log(path)] for path in tmp_path.glob("*.jsonl")
+    ]
     assert times in logs
 
 
 def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path, monkeypatch):
-    monkeypatch.setattr(live_record, "MAX_HELD_FRAMES", 4)
+    monkeypatch.setattr(live_log, "MAX_HELD_FRAMES", 4)
     disk = BrokenDisk(monkeypatch, tmp_path)
 
     async def voyage():
@@ -266,23 +268,23 @@ def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path,
     one, joined = asyncio.run(voyage())
     assert one.logged(tmp_path) == [0.0, 15.0, 20.0, 25.0, 30.0, 35.0]
     assert one.notes[-1:] == ["2 frames were shown without being logged"]
-    assert len(one.live.log._held) == 4
+    assert len(one.live.log._held.lines) == 4
     history = json.loads(joined[0][1])["frames"]
     assert [frame["time_s"] for frame in history] == [5.0 * k for k in range(7)]
 
 
 PARTS = {
-    "the look": (Presenter, "forward"),
+    "the look": (Presenter, "advance"),
     "the picture": (Clock, "scenario"),
     "the pilot": (LiveAdvisor, "look"),
     "the predicted track": (LiveAdvisor, "predicted"),
     "the rules": (EncounterTracker, "see"),
     "the sentence": (frame_annotator.FrameAnnotator, "_sentence"),
-    "the alarms": (AlarmList, "see"),
-    "the bands": (BandWorker, "want"),
-    "the session's message": (Presenter, "session_now"),
+    "the alarms": (AlarmList, "update"),
+    "the bands": (BandWorker, "request"),
+    "the session's message": (Presenter, "session_message"),
     "writing back": (Writer, "tell"),
-    "the log": (live_record.FrameLog, "add"),
+    "the log": (live_log.FrameLog, "append_line"),
 }
 NO_FRAME = {"the look", "the picture"}
 WITHDRAWN = NO_FRAME | {"the alarms", "writing back"}
@@ -327,7 +329,7 @@ def test_every_part_of_a_look_fails_in_turn(watched, tmp_path, monkeypatch, part
                 rudder = None if part == "the pilot" else 0.0
                 stands = None if part in WITHDRAWN else (rudder, ["230000002"])
                 assert one.writer.stands == stands
-                assert one.hub._playing
+                assert one.hub.player.playing
         one.presenter._predicted_at = -1e9
         for _ in range(2):
             assert await one.look() == 1
@@ -407,13 +409,13 @@ def test_what_runs_for_ever_is_begun_again_and_told_until_it_is_well(impatient):
         assert task.cancelled()
 
     asyncio.run(watch())
-    assert told == ["keeping time failed (ZeroDivisionError: else.py): it is tried again"]
+    assert told == ["keeping time failed (ZeroDivisionError: else.py): retrying"]
 
 
 @pytest.mark.parametrize("what", ["play", "bands", "writer"])
 def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch, what):
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, Writer())
-    where = {"play": hub, "bands": hub.bands, "writer": hub.writer}[what]
+    where = {"play": hub.player, "bands": hub.player.bands, "writer": hub.player.writer}[what]
     begun = []
 
     async def run():
@@ -428,8 +430,8 @@ def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch
     async def nothing():
         pass
 
-    monkeypatch.setattr(hub.writer, "run", idle)
-    monkeypatch.setattr(hub.writer, "end", nothing)
+    monkeypatch.setattr(hub.player.writer, "run", idle)
+    monkeypatch.setattr(hub.player.writer, "end", nothing)
     monkeypatch.setattr(where, what if what == "play" else "run", run)
 
     async def watch():
@@ -437,9 +439,9 @@ def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch
         while len(begun) < 3:
             await asyncio.sleep(0.01)
         assert not task.done()
-        assert hub.faults
+        assert hub.player.faults
         await asyncio.sleep(0.3)
-        assert hub.faults == []
+        assert hub.player.faults == []
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
 
@@ -462,8 +464,8 @@ def test_a_feed_that_fails_is_heard_again(impatient, watched, tmp_path, error):
     one.feed.reports = reports
 
     async def watch():
-        task = asyncio.create_task(one.hub._listen(one.live))
-        while not one.live._waiting:
+        task = asyncio.create_task(one.hub.player.listen(one.live))
+        while not one.live._reports:
             await asyncio.sleep(0.01)
             assert len(heard) in (0, 3) or one.faults
         await asyncio.sleep(0.3)

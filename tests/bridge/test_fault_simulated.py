@@ -10,13 +10,13 @@ from tests.bridge.frames import Other, frame
 from tests.broken_disk import BrokenDisk
 
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import Compare, Play, Seek, SetLimits, SetPilot
+from glasshelm.bridge.server.protocol import AlarmLimits, Compare, Play, Seek, SetPilot
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions import session_log
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import Past, SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog, RecentLines
 from glasshelm.bridge.sessions.simulated_session import SimulatedSession
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
@@ -35,16 +35,16 @@ class Played:
     """A session whose steps are taken one by one."""
 
     def __init__(self, folder, session):
-        self.session, self.presenter = session, Presenter(session, SetLimits())
+        self.session, self.presenter = session, Presenter(session, AlarmLimits())
         self.hub = SessionHub(SourceList(LogIndex(folder)), folder)
-        self.hub._presenter, self.hub._playing = self.presenter, True
+        self.self.hub.player.presenter, self.hub.player.playing = self.presenter, True
         self.viewer = ViewerQueue()
         self.hub.viewers.add(self.viewer)
         self.times: list[float] = []
         self.notices: list[str] = []
 
     async def step(self) -> None:
-        await self.hub._advance()
+        await self.hub.player.advance()
         await self.hear()
 
     async def ask(self, asked) -> bool:
@@ -85,17 +85,19 @@ def test_play_goes_on_at_the_same_step_when_the_fault_is_gone(
             await played.step()
         failed = bool(disk.failed)
         disk.heal()
-        if not played.hub._playing:
+        if not played.hub.player.playing:
             assert os.strerror(code) in played.notices[-1]
-            assert played.hub.faults == [played.notices[-1]]
+            assert played.hub.player.faults == [played.notices[-1]]
             await played.step()
             assert len(played.times) < 4, "paused is paused"
             assert await played.ask(Play())
         while len(played.times) < 5:
             await played.step()
-        assert played.hub.faults == []
+        assert played.hub.player.faults == []
         assert played.times == [5.0 * k for k in range(5)]
-        logs = [[f.time_s for f in frame_log.read(log)] for log in sorted(folder.glob("*.jsonl"))]
+        logs = [
+            [f.time_s for f in frame_log.read_log(log)] for log in sorted(folder.glob("*.jsonl"))
+        ]
         assert logs == [played.times] * (1 + compared)
         played.hub.close()
         return failed
@@ -127,8 +129,8 @@ def test_what_is_asked_on_a_failing_disk_is_refused_and_can_be_asked_again(
         assert await played.ask(Play())
         await played.step()
         assert played.times == [5.0 * k for k in range(int(at) // 5 + 2)]
-        assert played.hub.faults == []
-        read = [f.time_s for f in frame_log.read(played.session.log.path)]
+        assert played.hub.player.faults == []
+        read = [f.time_s for f in frame_log.read_log(played.session.log.path)]
         assert read == played.times
         played.hub.close()
         return failed
@@ -151,21 +153,21 @@ def test_a_log_removed_under_a_voyage_is_there_again_whole(tmp_path):
     played = asyncio.run(voyage())
     assert played.times == [0.0, 5.0, 10.0, 15.0]
     (log,) = tmp_path.glob("*.jsonl")
-    assert [f.time_s for f in frame_log.read(log)] == played.times
+    assert [f.time_s for f in frame_log.read_log(log)] == played.times
     played.hub.close()
 
 
 def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
-    frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    frame_log.write_log(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
     disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
 
     async def voyage():
-        played = Played(tmp_path, ReplaySession(SessionLog(tmp_path / "a.jsonl", fresh=False)))
+        played = Played(tmp_path, ReplaySession(FileLog(tmp_path / "a.jsonl", fresh=False)))
         await played.step()
         disk.fail(1)
         await played.step()
         disk.heal()
-        assert not played.hub._playing
+        assert not played.hub.player.playing
         assert played.notices == ["a.jsonl: cannot read the log (Input/output error)"]
         assert await played.ask(Play())
         for _ in range(5):
@@ -177,8 +179,8 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
 
 
 def test_a_log_that_shrank_is_told(tmp_path):
-    frame_log.write(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
-    record = SessionLog(tmp_path / "a.jsonl", fresh=False)
+    frame_log.write_log(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
+    record = FileLog(tmp_path / "a.jsonl", fresh=False)
     os.truncate(tmp_path / "a.jsonl", 100)
     with pytest.raises(InputError, match=r"a\.jsonl: cannot read the log \(it was cut off\)"):
         record.line(4)
@@ -188,20 +190,20 @@ def test_a_log_that_shrank_is_told(tmp_path):
 def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end):
     monkeypatch.setattr(frame_log, "LONGEST", 10_000)
     path = tmp_path / "a.jsonl"
-    frame_log.write(path, [frame(0.0)])
+    frame_log.write_log(path, [frame(0.0)])
     with open(path, "ab") as file:
         file.write(b"x" * 20_000 + end)
-    for read in (lambda: SessionLog(path, fresh=False), lambda: list(frame_log.read(path))):
+    for read in (lambda: FileLog(path, fresh=False), lambda: list(frame_log.read_log(path))):
         with pytest.raises(InputError, match="line 2 is longer than any frame"):
             read()
 
 
 def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(session_log, "_TOLD_BYTES", 1000)
+    monkeypatch.setattr(session_log, "_PROGRESS_BYTES", 1000)
     path = tmp_path / "a.jsonl"
-    frame_log.write(path, [frame(5 * k, Other()) for k in range(20)])
+    frame_log.write_log(path, [frame(5 * k, Other()) for k in range(20)])
     shares: list[float] = []
-    SessionLog(path, False, shares.append)
+    FileLog(path, False, shares.append)
     assert shares == sorted(shares)
     assert len(shares) > 5
     assert 0.0 <= shares[0] < shares[-1] <= 1.0
@@ -209,7 +211,7 @@ def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
 
 def test_what_was_is_bounded_in_frames_and_bytes(monkeypatch):
     monkeypatch.setattr(session_log, "HISTORY_FRAMES", 3)
-    past = Past()
+    past = RecentLines()
     for k in range(5):
         past.add(b"%d" % k)
     assert past.lines == [b"2", b"3", b"4"]

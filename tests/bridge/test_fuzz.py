@@ -21,7 +21,7 @@ from glasshelm.bridge.server.connections import ConnectionLimits
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
@@ -60,14 +60,14 @@ def bridge(tmp_path_factory) -> Iterator[Served]:
     static = folder / "static"
     static.mkdir()
     (static / "index.html").write_text("the page")
-    record = SessionLog(folder / "ten.jsonl", fresh=True)
+    record = FileLog(folder / "ten.jsonl", fresh=True)
     for k in range(20):
         record.append(frame(5 * k))
     record.close()
     hub = SessionHub(SourceList(LogIndex(folder)), folder)
     guard = AccessControl("127.0.0.1", OWNER, VIEWER)
     app = create_app(
-        hub, guard, lambda: ReplaySession(SessionLog(record.path, fresh=False)), static=static
+        hub, guard, lambda: ReplaySession(FileLog(record.path, fresh=False)), static=static
     )
     with served(app, ConnectionLimits()) as (_, port):
         server = Served(port)
@@ -99,7 +99,8 @@ value = st.one_of(
     odd,
     st.sampled_from(
         ["http://[::1", "http://[", "null", "http://127.0.0.1:1", "%ff%00", "[::1", "::1]", OWNER,
-         VIEWER, f"{TOKEN_COOKIE}={OWNER}", f"{TOKEN_COOKIE}={VIEWER}", f"{TOKEN_COOKIE}=\xff\xfe", "\x80", "chunked",
+         VIEWER, f"{TOKEN_COOKIE}={OWNER}",
+         f"{TOKEN_COOKIE}={VIEWER}", f"{TOKEN_COOKIE}=\xff\xfe", "\x80", "chunked",
          "websocket", "upgrade", "keep-alive, Upgrade", "999999999999999999999", "-1", "13", "0",
          "permessage-deflate; server_max_window_bits=99", "x" * 9000, "gzip", "bytes=0-,5-",
          "Mon, 99 Foo 2000", "W/\"x", "100-continue", "dGhlIHNhbXBsZSBub25jZQ=="]

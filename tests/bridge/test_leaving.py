@@ -21,7 +21,7 @@ async def becomes(so) -> None:
 
 
 def shown(hub: SessionHub) -> str:
-    return hub._require_presenter().session.info.source
+    return hub.player.require_presenter().session.info.source
 
 
 def test_nothing_is_opened_for_who_has_left(tmp_path, held, monkeypatch):
@@ -69,10 +69,10 @@ def test_what_is_prepared_is_not_shown_if_she_leaves_before_its_turn(tmp_path, m
     async def leave():
         async with playing(tmp_path) as (hub, _):
             other = await Viewer(hub).join()
-            async with hub._lock:  # somebody uses the session shown
+            async with hub.player.lock:  # somebody uses the session shown
                 await other.ask("open", source="imazu:2", pilot="straight")
                 await becomes(lambda: len(list(tmp_path.glob("*.jsonl"))) == 2)
-                await becomes(lambda: hub._lock._waiters)
+                await becomes(lambda: hub.player.lock._waiters)
                 hub.leave(other.outbox)
                 await becomes(lambda: closed)
             assert shown(hub) == "imazu:1"
@@ -120,7 +120,7 @@ def test_only_so_much_is_prepared_for_one_viewer(tmp_path, held, asked):
             assert said.startswith(f"{MAX_SLOW_REQUESTS} of your requests are being prepared")
             other = await Viewer(hub).join()
             await other.ask("rate", rate=5)  # she is held up by nobody
-            await becomes(lambda: hub._rate == 5)
+            await becomes(lambda: hub.player.rate == 5)
             go_on.set()
             await becomes(lambda: not hub._requests)
             await viewer.ask("rate", rate=6)
@@ -135,7 +135,7 @@ def test_questions_end_with_who_asked_them(tmp_path):
     async def ask():
         async with playing(tmp_path) as (hub, first):
             gone = await Viewer(hub).join()
-            async with hub._lock:
+            async with hub.player.lock:
                 for _ in range(MAX_QUESTIONS + 1):
                     await gone.ask("whatif", change="kept")
                 assert "too many questions" in (await gone.next("failure"))["message"]

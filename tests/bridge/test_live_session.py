@@ -9,7 +9,7 @@ import pytest
 
 from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import SetLimits
+from glasshelm.bridge.server.protocol import AlarmLimits
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
@@ -104,7 +104,7 @@ def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
     assert [f.source for f in frames] == ["tcp://made:1"] * 4
     silent = [at(16.0 + 5.0 * k, target=False).targets[0] for k in range(1, 4)]
     assert [t.age_s for t in silent] == pytest.approx([5.0, 10.0, 15.0], abs=0.01)
-    assert session.last_report_age_s == pytest.approx(0.0, abs=0.01)
+    assert session.status().last_report_age_s == pytest.approx(0.0, abs=0.01)
 
 
 def test_own_ship_s_rudder_is_in_the_frame_while_a_sensor_tells_it(live):
@@ -160,18 +160,18 @@ def test_only_what_is_of_now_is_written_back(live, tmp_path):
     session, at = live
     writer = Writer()
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    presenter = Presenter(session, SetLimits())
+    presenter = Presenter(session, AlarmLimits())
     at(0.0)
     presenter.advance()
-    hub._write_back(presenter)
+    hub.player.write_back(presenter)
     session._picture.time_s = 31.0  # nothing was heard for so long
-    hub._write_back(presenter)
+    hub.player.write_back(presenter)
     at(35.0)
     presenter.advance()
-    hub._write_back(presenter)
+    hub.player.write_back(presenter)
     session._feed.connected = False
-    hub._write_back(presenter)
-    hub._write_back(None)
+    hub.player.write_back(presenter)
+    hub.player.write_back(None)
     hub.close()
     assert writer.asked == [1, None, 1, None, None]
 
@@ -181,17 +181,17 @@ def test_own_ship_s_own_position_is_what_makes_it_live(live, tmp_path):
     session, at = live
     writer = Writer()
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    presenter = Presenter(session, SetLimits())
-    assert session.own_position_age_s is None
+    presenter = Presenter(session, AlarmLimits())
+    assert session.status().own_position_age_s is None
     at(0.0)
     at(30.0, own=False)
     presenter.advance()
-    hub._write_back(presenter)
+    hub.player.write_back(presenter)
     at(41.0, own=False)
     presenter.advance()
-    hub._write_back(presenter)
+    hub.player.write_back(presenter)
     hub.close()
-    said = json.loads(presenter.session_message(True, 1.0))
+    said = json.loads(presenter.session_message(True, 1.0).data)
     assert (said["heard_s"], said["own_s"]) == (0.0, 41.0)
     assert "own ship's position is 41 s old: dead-reckoned since" in said["notes"]
     assert writer.asked == [1, None]
@@ -224,7 +224,7 @@ def test_what_was_of_no_use_is_told_in_one_sentence(live):
     at(0.0)
     assert not any(note.startswith("heard") for note in session.info.notes), "a sound feed"
     session._picture.take(report("230000002", -7200.0, 0.0, TARGET_M_S))
-    assert session.feed_counts == {
+    assert session.status().feed_counts == {
         "sentences": {"heard": 12, "used": 9, "refused": {RejectReason.UNUSED: 3}},
         "reports": {"heard": 3, "used": 2, "refused": {RejectReason.LATE: 1}},
     }
@@ -234,11 +234,11 @@ def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tm
     session, at = live
     writer = SignalKWriter(signalk_server("signalk://127.0.0.1:9", "secret"))
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    presenter = Presenter(session, SetLimits())
+    presenter = Presenter(session, AlarmLimits())
     at(0.0)
 
     def notes():
-        return json.loads(hub._session_now(presenter))["notes"]
+        return json.loads(hub.player.session_message(presenter).data)["notes"]
 
     before = notes()
     writer.trouble = f"{writer.title}: refused with HTTP status 401"
@@ -283,7 +283,7 @@ def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_pat
                 await asyncio.sleep(0.01)
                 turns.append(asyncio.get_running_loop().time() - begun)
             frames.append(await looking)
-            assert len(live._waiting) <= MOST_OWN + MOST_OTHERS
+            assert len(live._reports) <= MOST_OWN + MOST_OTHERS
         listening.cancel()
         await asyncio.wait([listening])
         return frames, turns

@@ -48,7 +48,7 @@ def test_the_shelf_lists_whole_frames_the_newest_first(tmp_path):
     start = "2014-08-15T17:00:00Z"
     for name, count in (("20260101T000000Z-a.jsonl", 3), ("20260102T000000Z-b.jsonl", 2)):
         frames = [frame(5 * k, time_utc=start) for k in range(count)]
-        frame_log.write(tmp_path / name, frames)
+        frame_log.write_log(tmp_path / name, frames)
     with open(tmp_path / "20260101T000000Z-a.jsonl", "ab") as torn:
         torn.write(b'{"time_s": 1')
     (tmp_path / "empty.jsonl").touch()
@@ -62,7 +62,7 @@ def test_the_shelf_lists_whole_frames_the_newest_first(tmp_path):
 
 def test_no_more_than_so_many_are_listed(tmp_path):
     for k in range(MAX_LISTED + 5):
-        frame_log.write(tmp_path / f"{k:03d}.jsonl", [frame(0)])
+        frame_log.write_log(tmp_path / f"{k:03d}.jsonl", [frame(0)])
     names = [card.name for card in LogIndex(tmp_path).entries()]
     assert len(names) == MAX_LISTED
     assert names[0] == f"{MAX_LISTED + 4:03d}.jsonl"

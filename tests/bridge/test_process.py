@@ -21,7 +21,7 @@ from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import MAX_FRAMES, MAX_OTHERS
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 
 #: Never ends by itself. A pilot is tried where the server begins, and got ready in a thread.
@@ -44,7 +44,7 @@ def steer(seen):
 
 
 def test_what_was_seen_before_kill_9_can_be_seen_again(tmp_path):
-    process, url = start("imazu:1", "--pilot", "straight", "--log", str(tmp_path))
+    process, url = start("imazu:1", "--pilot", "straight", "--log-dir", str(tmp_path))
     seen: list[dict] = []
     try:
         with viewing(url) as viewer:
@@ -66,7 +66,7 @@ def test_what_was_seen_before_kill_9_can_be_seen_again(tmp_path):
     assert kept[: len(seen)] == seen
     with open(log, "ab") as torn:  # as if killed in the middle of a line
         torn.write(log.read_bytes()[:100])
-    process, url = start("--replay", str(log), "--log", str(tmp_path))
+    process, url = start("--replay", str(log), "--log-dir", str(tmp_path))
     try:
         with viewing(url) as viewer:
             viewer.send(json.dumps({"type": "seek", "time_s": seen[-1]["time_s"]}))
@@ -92,7 +92,7 @@ def test_ctrl_c_does_not_wait_for_a_compiler(tmp_path):
     (tmp_path / "compiling.py").write_text(COMPILING)
     found_there = {"PYTHONPATH": str(tmp_path), "JAX_ENABLE_COMPILATION_CACHE": "false"}
     process, url = start(
-        "random:35", "--pilot", "compiling:steer", "--log", str(tmp_path), **found_there
+        "random:35", "--pilot", "compiling:steer", "--log-dir", str(tmp_path), **found_there
     )
     try:
         with viewing(url) as viewer:
@@ -126,8 +126,8 @@ def flood(tmp_path, monkeypatch):
     """A server of 400 frames of about 100 kB each, and its hub."""
     # However slow the machine, she who does not read is not dropped before the end.
     monkeypatch.setattr(connections, "STALL_TIMEOUT_S", 600.0)
-    record = SessionLog(tmp_path / "long.jsonl", fresh=True)
-    others = [Other(str(k), east_m=5000.0 + 100 * k, fed=False) for k in range(330)]
+    record = FileLog(tmp_path / "long.jsonl", fresh=True)
+    others = [Other(str(k), east_m=5000.0 + 100 * k, selected=False) for k in range(330)]
     for k in range(400):
         record.append(frame(5 * k, *others))
     record.close()
@@ -135,7 +135,7 @@ def flood(tmp_path, monkeypatch):
     app = create_app(
         hub,
         AccessControl("127.0.0.1", None),
-        lambda: _Stream(SessionLog(record.path, fresh=False)),
+        lambda: _Stream(FileLog(record.path, fresh=False)),
     )
     bound = socket.create_server(("127.0.0.1", 0))
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER)
@@ -185,7 +185,7 @@ def test_live_traffic_is_watched_where_no_log_can_be_written(tmp_path):
     (tmp_path / "file").touch()
     logs = tmp_path / "file" / "logs"
     process, url = start(
-        f"tcp://127.0.0.1:{free_port()}", "--log", str(logs), "--pilot", "straight"
+        f"tcp://127.0.0.1:{free_port()}", "--log-dir", str(logs), "--pilot", "straight"
     )
     try:
         with viewing(url) as viewer:

@@ -84,7 +84,7 @@ def test_what_is_said_carries_its_type():
         (m.ErrorMessage("no"), "failure"),
         (m.Alarms([]), "alarms"),
     ):
-        assert json.loads(m.encode(said))["type"] == kind
+        assert json.loads(m.encode(said).data)["type"] == kind
 
 
 def test_every_field_of_every_request_is_bounded():

@@ -15,6 +15,7 @@ from tests.bridge.test_server import Page
 from glasshelm.bridge.server import protocol as m
 from glasshelm.bridge.server.access_control import TOKEN_COOKIE, AccessControl
 from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.protocol import Open
 from glasshelm.bridge.server.session_hub import (
     MAX_WAITING_QUESTIONS,
     RESERVED_FOR_OWNERS,
@@ -48,7 +49,7 @@ CHANGES = [
 def client(folder, token=OWNER, viewer_token=VIEWER, first=None, most=100) -> TestClient:
     hub = SessionHub(SourceList(LogIndex(folder)), folder)
     guard = AccessControl("0.0.0.0" if token else "127.0.0.1", token, viewer_token)
-    app = create_app(hub, guard, first, static=folder / "static", most_viewers=most)
+    app = create_app(hub, guard, first, static=folder / "static", max_viewers=most)
     return TestClient(app, base_url=HERE if token else "http://127.0.0.1:8470")
 
 
@@ -69,7 +70,7 @@ def test_every_request_is_either_of_the_owner_or_of_all():
 
 def test_a_viewer_sees_all_and_changes_nothing(tmp_path):
     first = prepare_session(
-        SourceList(LogIndex(tmp_path)), tmp_path, "imazu:1", "straight", "paper", None, None
+        Open("imazu:1", "straight", "paper"), SourceList(LogIndex(tmp_path)), tmp_path
     )
     base = HERE.replace("http:", "ws:")
     with (
@@ -90,7 +91,7 @@ def test_a_viewer_sees_all_and_changes_nothing(tmp_path):
             viewer.ask(**asked).until("failure")
             kind = asked["type"]
             assert viewer.failures[-1] == (
-                f"you are here to look on: {kind!r} is for the owner of this bridge"
+                f"you are a viewer: {kind!r} is for the owner of this bridge"
             )
         assert browser.get("/api/health").json()["failed_messages"] == before + len(CHANGES)
         viewer.ask("whatif", change="deleted", ship="1").until("whatif")
@@ -131,8 +132,8 @@ def test_the_token_of_the_address_goes_before_that_of_the_cookie(tmp_path):
 
 @pytest.mark.parametrize(
     "cookie",
-    [VIEWER + OWNER, OWNER[:-1], f"{VIEWER}; {TOKEN_COOKIE}=", f'"{OWNER}x"', OWNER.upper(), "owner", "",
-     f"x{OWNER}", "\xfc" * 16, f"{OWNER}%00"],
+    [VIEWER + OWNER, OWNER[:-1], f"{VIEWER}; {TOKEN_COOKIE}=", f'"{OWNER}x"', OWNER.upper(), "owner",
+     "", f"x{OWNER}", "\xfc" * 16, f"{OWNER}%00"],
 )  # fmt: skip
 def test_no_other_cookie_makes_an_owner(tmp_path, cookie):
     with client(tmp_path) as browser:
@@ -161,7 +162,7 @@ def test_without_any_token_everybody_here_is_the_owner(tmp_path):
         (OWNER, "ünicode-token-x", "--viewer-token: must be 12"),
         (OWNER, "with a space 123", "--viewer-token: must be 12"),
         (OWNER, "with-a-newline\n", "--viewer-token: must be 12"),
-        (None, VIEWER, "--viewer-token: give the owner's --token"),
+        (None, VIEWER, "--viewer-token: also give the owner's --token"),
         ("with a space 123", None, "--token: must be 12"),
     ],
 )
@@ -212,7 +213,7 @@ def test_viewers_leave_questions_for_an_owner(tmp_path, monkeypatch):
 def test_both_addresses_are_printed_and_no_token_after_that(tmp_path):
     odd = "viewer&+%;=token"
     command = [sys.executable, "-m", "glasshelm", "bridge", "imazu:1", "--pilot", "straight"]
-    command += ["--no-open", "--port", "0", "--log", str(tmp_path)]
+    command += ["--no-open", "--port", "0", "--log-dir", str(tmp_path)]
     command += ["--token", OWNER, "--viewer-token", odd]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None

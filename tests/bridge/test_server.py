@@ -9,12 +9,12 @@ from starlette.testclient import TestClient, WebSocketTestSession
 
 from glasshelm.bridge.server.access_control import AccessControl
 from glasshelm.bridge.server.app import create_app
-from glasshelm.bridge.server.protocol import MAX_REQUEST_BYTES
+from glasshelm.bridge.server.protocol import MAX_REQUEST_BYTES, Open
 from glasshelm.bridge.server.server import bind, serve
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.session_factory import prepare_session
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 from glasshelm.frames import frame_log
@@ -70,7 +70,7 @@ def bridge(folder, source: str | None = "imazu:1", pilot: str = "straight"):
     catalogue = SourceList(LogIndex(folder))
     first = None
     if source is not None:
-        first = prepare_session(catalogue, folder, source, pilot, "paper", None, None)
+        first = prepare_session(Open(source, pilot, "paper"), catalogue, folder)
     app = create_app(SessionHub(catalogue, folder), AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client:
         yield client
@@ -109,7 +109,7 @@ def test_a_voyage_is_played_paused_sought_and_logged(tmp_path):
         log = tmp_path / viewer.session["log"]
         whole = [json.loads(line) for line in log.read_text().splitlines()]
         assert whole[:5] == viewer.frames
-        assert len(list(frame_log.read(log))) == 301
+        assert len(list(frame_log.read_log(log))) == 301
 
 
 def test_a_late_joiner_gets_what_the_others_have_and_all_see_the_same(tmp_path):
@@ -234,7 +234,7 @@ def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path)
         ("traffic.csv", None, "traffic.csv: "),
     ):
         with pytest.raises(InputError) as told:
-            prepare_session(catalogue, tmp_path, source, "straight", None, own, None)
+            prepare_session(Open(source, "straight", None, own=own), catalogue, tmp_path)
         assert str(told.value).startswith(line)
         assert "/" not in str(told.value)
     gone = SourceList(LogIndex(tmp_path), f"live:{file}")
@@ -243,7 +243,7 @@ def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path)
         gone.open_feed(None)
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"^log.jsonl: cannot write the log \(its folder"):
-        SessionLog(tmp_path / "file" / "log.jsonl", fresh=True)
+        FileLog(tmp_path / "file" / "log.jsonl", fresh=True)
 
 
 def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
@@ -254,7 +254,7 @@ def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
         ("imazu:1", "straight", None, "paper"),
         ("gulf-of-finland", "straight", None, "paper"),
     ):
-        session = prepare_session(catalogue, tmp_path, source, pilot, ship, None, None)()
+        session = prepare_session(Open(source, pilot, ship), catalogue, tmp_path)()
         assert session.info.ship == sailed
         session.close()
 
@@ -375,7 +375,7 @@ def test_a_token_is_read_with_at_the_command_line_s_server_alone(tmp_path):
     given = SourceList(LogIndex(tmp_path), "signalk://127.0.0.1:9", token="secret")
     assert given.open_feed(None)._server._token == "secret"
     with pytest.raises(InputError, match="choose one of the catalogue"):
-        prepare_session(given, tmp_path, "signalk://127.0.0.1:10", "straight", None, None, None)
+        prepare_session(Open("signalk://127.0.0.1:10", "straight", None), given, tmp_path)
 
 
 def test_a_first_session_that_cannot_begin_ends_the_server(tmp_path):
@@ -393,7 +393,7 @@ def test_a_feed_that_cannot_listen_is_told_to_who_comes_later_and_on_the_console
         taken.bind(("127.0.0.1", 0))
         source = f"udp://127.0.0.1:{taken.getsockname()[1]}"
         catalogue = SourceList(LogIndex(tmp_path), source)
-        first = prepare_session(catalogue, tmp_path, source, "straight", None, None, None)
+        first = prepare_session(Open(source, "straight", None), catalogue, tmp_path)
         hub = SessionHub(catalogue, tmp_path)
         app = create_app(hub, AccessControl("127.0.0.1", None), first)
         with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:

@@ -85,8 +85,8 @@ def test_the_band_holds_the_rudder_and_travels_in_log_and_table(banded, tmp_path
         assert frame.band.position_m == 10.0
         assert frame.band.course_rad == pytest.approx(math.radians(0.5))
         assert frame.band.speed_m_s == pytest.approx(0.1 * KNOT_M_S)
-    assert frame_log.write(tmp_path / "log.jsonl", banded) == len(banded)
-    assert list(frame_log.read(tmp_path / "log.jsonl")) == banded
+    assert frame_log.write_log(tmp_path / "log.jsonl", banded) == len(banded)
+    assert list(frame_log.read_log(tmp_path / "log.jsonl")) == banded
     assert {"band_low_rad", "band_high_rad", "band_turn"} <= set(columns())
     first = next(rows(banded))
     assert first["band_low_rad"] == banded[0].band.low_rad

@@ -50,7 +50,7 @@ def weights(path: Path, number: int) -> None:
 
 
 def log(path: Path, number: int) -> None:
-    frame_log.write(path, [frame(5 * k + number, Other()) for k in range(5)])
+    frame_log.write_log(path, [frame(5 * k + number, Other()) for k in range(5)])
 
 
 WRITERS = {"a.txt": text, "b.npz": job, "c.safetensors": weights, "d.jsonl": log}

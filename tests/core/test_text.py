@@ -17,7 +17,7 @@ from glasshelm.core.text import LONGEST_NAME, file_name, markdown_code, markdown
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.types import TargetInfo
 from glasshelm.evaluation.markdown import markdown
-from glasshelm.frames.frame_log import read, write
+from glasshelm.frames.frame_log import read_log, write_log
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.report import write_report as room
@@ -100,16 +100,16 @@ def test_nobody_enters_with_an_order_in_her_name():
 
 def test_a_log_from_outside_is_read_as_text(tmp_path):
     log = tmp_path / "frames.jsonl"
-    write(log, plain()[:2])
+    write_log(log, plain()[:2])
     raw = json.loads(log.read_text().splitlines()[0])
     raw["pilot"] = raw["source"] = raw["targets"][0]["name"] = raw["targets"][0]["id"] = "\x1b[2J"
-    raw["outside"] = ["\u202efast"]
+    raw["outside_training"] = ["\u202efast"]
     log.write_text(json.dumps(raw) + "\n")
-    frame = next(read(log))
+    frame = next(read_log(log))
     assert isinstance(frame, Frame)
     told = (frame.pilot, frame.source, frame.targets[0].name, frame.targets[0].id)
     assert set(told) == {"\\x1b[2J"}
-    assert frame.outside == ["\\u202efast"]
+    assert frame.outside_training == ["\\u202efast"]
 
 
 def test_a_situation_of_odd_names_is_explained(tmp_path, capsys):
@@ -143,7 +143,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys, command):
 def test_two_futures_of_odd_names(tmp_path, capsys):
     file, log, out = (tmp_path / name for name in ("odd.json", "log.jsonl", "out"))
     file.write_text(situation([r"$\X$", "[/]", "\x1b[31m"]))
-    write(log, simulate(read_situation(file, SHIPS["paper"]), pilot_named("paper-sum"), 6))
+    write_log(log, simulate(read_situation(file, SHIPS["paper"]), pilot_named("paper-sum"), 6))
     options = ("--minutes", "1", "--delete", r"$\X$", "[/]", "--out", str(out))
     assert main(["whatif", str(log), "--at", "10", *options]) == 0
     assert "[/]" in capsys.readouterr().out
@@ -154,7 +154,7 @@ def test_a_figure_that_fails_is_told_of_in_the_report(tmp_path, monkeypatch):
     def fails(voyage):
         raise ValueError("\x1b[31m<no>")
 
-    plates = [dataclasses.replace(room.PLATES[0], draw=fails), *room.PLATES[2:4]]
+    plates = [dataclasses.replace(room.FIGURES[0], draw=fails), *room.FIGURES[2:4]]
     monkeypatch.setattr(room, "PLATES", plates)
     page = room.write_report(plain(), tmp_path).read_text()
     assert "Tracks: not drawn, it failed (ValueError: \\x1b[31m&lt;no&gt;)." in page

@@ -45,7 +45,7 @@ def weights(tmp_path):
 
 
 def exam(out, *pilots):
-    return main(["exam", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
+    return main(["faithfulness", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
 
 
 def one_line(capsys):
@@ -56,7 +56,7 @@ def one_line(capsys):
 
 def test_the_command_writes_its_table_and_figure(tmp_path):
     """The one test here in which scores are computed."""
-    told = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
+    told = ["faithfulness", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
     told += ["--ships", "3"]
     assert main([*told, "--out", str(tmp_path)]) == 0
     assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
@@ -83,7 +83,7 @@ def test_seeds_that_differ_in_what_they_have_are_refused_first(
     assert not asked
 
 
-@pytest.mark.parametrize("command", ["exam", "evaluate"])
+@pytest.mark.parametrize("command", ["faithfulness", "evaluate"])
 @pytest.mark.parametrize("out", ["file", "file/below", "/proc/x"])
 def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, asked, capsys):
     (tmp_path / "file").write_text("mine")

@@ -5,36 +5,36 @@ from matplotlib.colors import rgb_to_hsv, to_rgb
 from tests.voyages import learned, plain, voyage
 
 from glasshelm.figures import coloured_tracks, trajectories
-from glasshelm.figures.gallery import PLATES, reason
+from glasshelm.figures.gallery import FIGURES, why_missing
 from glasshelm.figures.priorities import at_instants, over_time, signed
 from glasshelm.figures.shapley_over_time import reasons
 from glasshelm.figures.style import as_svg, save
-from glasshelm.frames.series import series
+from glasshelm.frames.series import to_series
 
-LEARNED, PLAIN = series(learned()), series(plain())
+LEARNED, PLAIN = to_series(learned()), to_series(plain())
 
 
 def drawn(frames):
-    return {plate.stem for plate in PLATES if plate.draw(frames) is not None}
+    return {plate.stem for plate in FIGURES if plate.draw(frames) is not None}
 
 
 def test_an_attention_pilot_gets_every_figure():
-    assert drawn(LEARNED) == {plate.stem for plate in PLATES}
+    assert drawn(LEARNED) == {plate.stem for plate in FIGURES}
 
 
 def test_a_pilot_without_reasons_gets_tracks_and_motion_and_the_reason_why():
     assert drawn(PLAIN) == {"07_tracks", "08_relative", "motion"}
-    for plate in PLATES:
+    for plate in FIGURES:
         if plate.draw(PLAIN) is None:
-            assert reason(plate, PLAIN).endswith(".")
-            assert "not drawn" in reason(plate, PLAIN)
+            assert why_missing(plate, PLAIN).endswith(".")
+            assert "not drawn" in why_missing(plate, PLAIN)
 
 
 def test_an_empty_sea_still_has_tracks_and_motion():
-    empty = series(voyage([0.0] * 30))
+    empty = to_series(voyage([0.0] * 30))
     assert drawn(empty) == {"07_tracks", "motion"}
-    relative = next(p for p in PLATES if p.stem == "08_relative")
-    assert "no other ship" in reason(relative, empty)
+    relative = next(p for p in FIGURES if p.stem == "08_relative")
+    assert "no other ship" in why_missing(relative, empty)
 
 
 def lines_of(figure, index=0):
@@ -123,7 +123,7 @@ def test_the_parts_of_the_rudder_are_stacked_to_either_side():
     axes = reasons(LEARNED).axes[2]
     ends = [path.get_extents() for fill in axes.collections for path in fill.get_paths()]
     up, down = max(box.y1 for box in ends), min(box.y0 for box in ends)
-    parts = np.degrees([LEARNED.alone_rad, *(s.shapley_rad for s in LEARNED.ships)])
+    parts = np.degrees([LEARNED.base_rad, *(s.shapley_rad for s in LEARNED.ships)])
     assert up == pytest.approx(np.maximum(parts, 0).sum(0).max())
     assert down == pytest.approx(np.minimum(parts, 0).sum(0).min())
 

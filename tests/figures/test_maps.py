@@ -7,7 +7,7 @@ from tests.voyages import learned, voyage
 from glasshelm.core.geometry import Vector
 from glasshelm.figures import maps
 from glasshelm.figures.style import new_figure
-from glasshelm.frames.series import series
+from glasshelm.frames.series import to_series
 from glasshelm.ship.domain import danger_unclipped
 
 
@@ -19,14 +19,14 @@ def test_the_drawn_domain_is_where_danger_is_zero():
 
 
 def test_markers_stand_at_equal_times():
-    v = series(learned())
+    v = to_series(learned())
     at, step = maps.marks(v)
     np.testing.assert_allclose(np.diff(v.minutes[at]), step)
     assert 3 <= len(at) <= 11
 
 
 def test_a_voyage_of_one_frame_has_one_marker():
-    at, _ = maps.marks(series(voyage([0.0])))
+    at, _ = maps.marks(to_series(voyage([0.0])))
     assert at.tolist() == [0]
 
 
@@ -41,7 +41,7 @@ def test_coloured_pieces_cover_the_track_and_no_gap():
 
 
 def test_maps_have_equal_scales_and_nautical_labels():
-    v = series(learned())
+    v = to_series(learned())
     ax = new_figure(4.0, 4.0).add_subplot()
     maps.frame_absolute(ax, v)
     assert ax.get_aspect() == 1
@@ -52,7 +52,7 @@ def test_maps_have_equal_scales_and_nautical_labels():
 
 def test_relative_map_shows_the_whole_domain():
     ax = new_figure(4.0, 4.0).add_subplot()
-    maps.frame_relative(ax, series(learned()))
+    maps.frame_relative(ax, to_series(learned()))
     edge = maps.domain_outline(340.0) / 1852
     assert ax.get_xlim()[0] < edge[:, 0].min()
     assert ax.get_xlim()[1] > edge[:, 0].max()

@@ -4,13 +4,13 @@ from tests.voyages import Other, voyage
 
 from glasshelm.core.errors import InputError
 from glasshelm.figures.situation_maps import choose, describe_rudder
-from glasshelm.frames.series import series
+from glasshelm.frames.series import to_series
 
 
 def of(ships, waypoint, rudder=lambda k: -3.0):
     other = Other("A", 3000, 3000, 270, priority=ships)
     headings = [20.0] * 60  # the waypoint lies to port
-    return series(voyage(headings, [other], waypoint_priority=waypoint, rudder_deg=rudder))
+    return to_series(voyage(headings, [other], waypoint_priority=waypoint, rudder_deg=rudder))
 
 
 def test_largest_collision_priority_then_the_return():
@@ -38,14 +38,14 @@ def test_a_time_outside_the_voyage_is_refused():
     [(3.0, "rudder 3.0° to starboard"), (-2.5, "rudder 2.5° to port"), (0.0, "rudder amidships")],
 )
 def test_rudder_in_words(angle, words):
-    assert describe_rudder(series(voyage([0.0] * 3, rudder_deg=lambda k: angle)), 0) == words
+    assert describe_rudder(to_series(voyage([0.0] * 3, rudder_deg=lambda k: angle)), 0) == words
 
 
 def test_advice_is_called_advice():
-    v = series(voyage([0.0] * 3, rudder_deg=lambda k: 3.0, applied=False))
+    v = to_series(voyage([0.0] * 3, rudder_deg=lambda k: 3.0, applied=False))
     assert describe_rudder(v, 0).startswith("advised")
 
 
 def test_unknown_rudder_is_said_to_be_unknown():
-    v = series(voyage([0.0] * 3, rudder_deg=lambda k: np.nan))
+    v = to_series(voyage([0.0] * 3, rudder_deg=lambda k: np.nan))
     assert describe_rudder(v, 0) == "rudder not known"

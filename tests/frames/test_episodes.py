@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from tests.voyages import voyage
 
-from glasshelm.frames.episodes import Episode, advice, turns
-from glasshelm.frames.series import series
+from glasshelm.frames.episodes import Episode, advice_episodes, turn_episodes
+from glasshelm.frames.series import to_series
 
 
 def turned(headings):
-    return [e for e in turns(series(voyage(headings))) if e.turn_rad]
+    return [e for e in turn_episodes(to_series(voyage(headings))) if e.turn_rad]
 
 
 def ramp(start, end, frames=10):
@@ -28,7 +28,7 @@ def test_to_port_is_negative():
 
 def test_a_trembling_heading_is_steady():
     headings = 1.5 * np.sin(np.arange(200))
-    assert turns(series(voyage(headings))) == [Episode(0, 199)]
+    assert turn_episodes(to_series(voyage(headings))) == [Episode(0, 199)]
 
 
 def test_out_and_back_are_two_turns():
@@ -55,8 +55,8 @@ def test_a_turn_through_north_is_one_turn():
 @pytest.mark.parametrize("seed", range(5))
 def test_episodes_cover_the_voyage_in_order(seed):
     steps = np.random.default_rng(seed).normal(0, 2, 300)
-    v = series(voyage(np.cumsum(steps)))
-    for cut in (turns, advice):
+    v = to_series(voyage(np.cumsum(steps)))
+    for cut in (turn_episodes, advice_episodes):
         found = cut(v)
         assert found[0].start == 0
         assert found[-1].end == len(v.time_s) - 1
@@ -67,7 +67,7 @@ def test_episodes_cover_the_voyage_in_order(seed):
 
 def advised(rudder):
     frames = voyage([0.0] * len(rudder), rudder_deg=lambda k: rudder[k], applied=False)
-    return [e for e in advice(series(frames)) if e.turn_rad]
+    return [e for e in advice_episodes(to_series(frames)) if e.turn_rad]
 
 
 def test_advice_begins_above_one_angle_and_ends_below_a_smaller():
@@ -90,4 +90,4 @@ def test_advice_to_the_other_side_is_another():
 
 
 def test_one_frame_is_one_steady_episode():
-    assert turns(series(voyage([0.0]))) == [Episode(0, 0)]
+    assert turn_episodes(to_series(voyage([0.0]))) == [Episode(0, 0)]

@@ -5,7 +5,7 @@ from tests.voyages import voyage
 
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.frames import phrases
-from glasshelm.frames.series import series
+from glasshelm.frames.series import to_series
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from glasshelm.frames.series import series
     ],
 )
 def test_bearing_in_words(degrees, text):
-    assert phrases.where(math.radians(degrees)) == text
+    assert phrases.relative_bearing(math.radians(degrees)) == text
 
 
 def test_distances_are_nautical():
@@ -35,13 +35,13 @@ def test_distances_are_nautical():
     ("seconds", "text"), [(45.0, "45 s"), (150.0, "2.5 min"), (480.0, "8 min")]
 )
 def test_durations(seconds, text):
-    assert phrases.lasting(seconds) == text
+    assert phrases.duration(seconds) == text
 
 
 def test_cpa_in_words():
-    assert phrases.approach(555.6, 480.0) == "CPA 0.30 NM in 8 min"
-    assert phrases.approach(555.6, -1.0) == "past her CPA"
-    assert phrases.approach(555.6, CPA_HORIZON_S) == "no CPA within the hour"
+    assert phrases.cpa_words(555.6, 480.0) == "CPA 0.30 NM in 8 min"
+    assert phrases.cpa_words(555.6, -1.0) == "past her CPA"
+    assert phrases.cpa_words(555.6, CPA_HORIZON_S) == "no CPA within the hour"
 
 
 def test_course_has_three_digits_and_wraps():
@@ -52,12 +52,12 @@ def test_course_has_three_digits_and_wraps():
 
 def test_clock_is_utc_where_the_source_has_one():
     long = voyage([0.0] * 400, time_utc=lambda k: "2020-06-30T09:42:00+00:00")
-    assert phrases.clock(series(long), 12) == "09:43"
+    assert phrases.clock(to_series(long), 12) == "09:43"
     short = voyage([0.0] * 20, time_utc=lambda k: "2020-06-30T09:42:00Z")
-    assert phrases.clock(series(short), 1) == "09:42:05"
-    assert phrases.clock(series(voyage([0.0] * 20)), 12) == "1.0 min"
+    assert phrases.clock(to_series(short), 1) == "09:42:05"
+    assert phrases.clock(to_series(voyage([0.0] * 20)), 12) == "1.0 min"
 
 
 def test_lists_of_names():
-    assert phrases.listed(["a"]) == "a"
-    assert phrases.listed(["a", "b", "c"]) == "a, b and c"
+    assert phrases.joined(["a"]) == "a"
+    assert phrases.joined(["a", "b", "c"]) == "a, b and c"

@@ -17,7 +17,7 @@ from glasshelm.pilots.guarded import GuardedPilot, learned_in
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import bundled, load, names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.report.narrative import story
+from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.voyage import simulate
 
@@ -132,17 +132,17 @@ def test_frames_say_who_has_the_helm_and_what_the_guard_sees(voyage):
     assert leading.guard.within_s >= 0
     assert -0.05 < leading.guard.depth <= 1
     for frame in guarded:
-        assert frame.decision.overruled_rad is not None
-        assert frame.decision.alone_rad is None
-        assert all(t.shapley_rad is None and t.left_out_rad is None for t in frame.targets)
+        assert frame.decision.pilot_rudder_rad is not None
+        assert frame.decision.base_rad is None
+        assert all(t.shapley_rad is None and t.leave_one_out_rad is None for t in frame.targets)
         assert frame.value is not None
     for frame in own:
-        assert frame.decision.overruled_rad is None
-        shares = frame.decision.alone_rad + sum(t.shapley_rad for t in frame.targets)
+        assert frame.decision.pilot_rudder_rad is None
+        shares = frame.decision.base_rad + sum(t.shapley_rad for t in frame.targets)
         assert shares == pytest.approx(frame.decision.rudder_rad, abs=1e-4)
 
 
 def test_the_story_says_that_the_guard_steers_and_why(voyage):
-    told = " ".join(str(s) for s in story(voyage))
+    told = " ".join(str(s) for s in narrate(voyage))
     assert "the guard steers: the pilot's own way (rudder " in told
     assert " into the domain in " in told

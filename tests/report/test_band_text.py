@@ -9,10 +9,10 @@ from tests.voyages import Other, voyage
 
 from glasshelm.certify.rudder_band import Band
 from glasshelm.frames.schema import Band as Drawn
-from glasshelm.frames.series import series
-from glasshelm.report.band_text import certain, in_full, in_short
-from glasshelm.report.current_sentence import now
-from glasshelm.report.narrative import story
+from glasshelm.frames.series import to_series
+from glasshelm.report.band_text import certainty_text, full_band_text, short_band_text
+from glasshelm.report.current_sentence import current_sentence
+from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import KNOT_M_S
 
 WITHIN = "while errors stay within 10 m, 0.5°, 0.1 kn"
@@ -54,39 +54,39 @@ GOLDEN = [
 @pytest.mark.parametrize(("rudder", "ends", "short", "between"), GOLDEN)
 def test_golden_words(rudder, ends, short, between):
     frame = sailed(rudder, band(*ends))[0]
-    assert in_short(frame) == short
-    assert in_full(frame) == f"rudder {between} {WITHIN}"
+    assert short_band_text(frame) == short
+    assert full_band_text(frame) == f"rudder {between} {WITHIN}"
 
 
 def test_a_band_of_all_rudders_proves_nothing():
     frame = sailed(3.0, band(-5.0, 5.0))[0]
-    assert in_short(frame) == "side not certain"
-    assert in_full(frame) == f"any rudder is possible {WITHIN}"
+    assert short_band_text(frame) == "side not certain"
+    assert full_band_text(frame) == f"any rudder is possible {WITHIN}"
 
 
 def test_without_a_band_nothing_is_said():
     frame = sailed(3.0, None)[0]
-    assert in_short(frame) == in_full(frame) == ""
-    assert "certain" not in now([frame]).why
-    assert not any("certain" in line.text for line in story(sailed(3.0, *[None] * 20)))
+    assert short_band_text(frame) == full_band_text(frame) == ""
+    assert "certain" not in current_sentence([frame]).why
+    assert not any("certain" in line.text for line in narrate(sailed(3.0, *[None] * 20)))
 
 
 def test_the_sentence_of_an_instant_says_it_last_and_only_when_it_is():
     said = f"To starboard for certain {WITHIN}"
-    assert now(sailed(3.0, band(2.0, 4.0))).why.endswith(f". {said}")
-    assert "certain" not in now(sailed(3.0, band(0.1, 4.0))).why
-    assert "certain" not in now(sailed(-3.0, band(2.0, 4.0))).why
+    assert current_sentence(sailed(3.0, band(2.0, 4.0))).why.endswith(f". {said}")
+    assert "certain" not in current_sentence(sailed(3.0, band(0.1, 4.0))).why
+    assert "certain" not in current_sentence(sailed(-3.0, band(2.0, 4.0))).why
 
 
 def test_a_turn_is_certain_if_all_its_frames_are():
     sure, unsure = band(2.0, 4.0), band(-1.0, 4.0)
     other = band(2.0, 4.0, position_m=30.0)
-    whole = series(sailed(3.0, *[sure] * 20))
-    assert certain(whole, np.arange(20)) == f"To starboard for certain {WITHIN}"
+    whole = to_series(sailed(3.0, *[sure] * 20))
+    assert certainty_text(whole, np.arange(20)) == f"To starboard for certain {WITHIN}"
     for odd in (unsure, other, None):
-        mixed = series(sailed(3.0, *[sure] * 10, odd, *[sure] * 9))
-        assert certain(mixed, np.arange(20)) == ""
-        assert certain(mixed, np.arange(10)) != ""
-    told = [line.text for line in story(sailed(3.0, *[sure] * 20)) if line.kind == "turn"]
+        mixed = to_series(sailed(3.0, *[sure] * 10, odd, *[sure] * 9))
+        assert certainty_text(mixed, np.arange(20)) == ""
+        assert certainty_text(mixed, np.arange(10)) != ""
+    told = [line.text for line in narrate(sailed(3.0, *[sure] * 20)) if line.kind == "turn"]
     assert told
     assert told[0].endswith(f" To starboard for certain {WITHIN}.")

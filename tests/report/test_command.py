@@ -2,7 +2,7 @@ import pytest
 from tests.voyages import plain
 
 from glasshelm.cli import main
-from glasshelm.frames.frame_log import read, write
+from glasshelm.frames.frame_log import read_log, write_log
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def test_an_encounter_is_sailed_logged_and_told(tmp_path, drawn, capsys):
     out = tmp_path / "out"
     status = main(["explain", "imazu:1", "--pilot", "straight", "--steps", "20", "--out", str(out)])
     assert status == 0
-    assert len(list(read(out / "frames.jsonl"))) == 21
+    assert len(list(read_log(out / "frames.jsonl"))) == 21
     assert drawn == [(21, out, "Imazu case 1: 1 ship, pilot straight")]
     text = capsys.readouterr().out
     assert "No ship came nearer than" in text
@@ -31,7 +31,7 @@ def test_an_encounter_is_sailed_logged_and_told(tmp_path, drawn, capsys):
 
 def test_a_log_is_told_without_sailing(tmp_path, drawn, capsys):
     log = tmp_path / "frames.jsonl"
-    write(log, plain())
+    write_log(log, plain())
     assert main(["explain", str(log), "--out", str(tmp_path / "out")]) == 0
     assert drawn == [(120, tmp_path / "out", None)]
     assert "Aurora" in capsys.readouterr().out
@@ -39,9 +39,9 @@ def test_a_log_is_told_without_sailing(tmp_path, drawn, capsys):
 
 def test_a_log_takes_no_pilot(tmp_path, drawn, capsys):
     log = tmp_path / "frames.jsonl"
-    write(log, plain())
+    write_log(log, plain())
     assert main(["explain", str(log), "--pilot", "straight"]) == 2
-    assert "a log is told as it is" in capsys.readouterr().err
+    assert "a log is explained as it is" in capsys.readouterr().err
 
 
 def test_an_unknown_source_is_one_line(tmp_path, drawn, capsys):
@@ -57,5 +57,5 @@ def test_ctrl_c_keeps_the_frames(tmp_path, drawn, capsys, monkeypatch):
     monkeypatch.setattr("glasshelm.simulation.voyage.sail", cut)
     out = tmp_path / "out"
     assert main(["explain", "imazu:1", "--pilot", "straight", "--out", str(out)]) == 130
-    assert len(list(read(out / "frames.jsonl"))) == 5
+    assert len(list(read_log(out / "frames.jsonl"))) == 5
     assert drawn == []

@@ -5,10 +5,10 @@ import pytest
 from tests.voyages import learned, plain, voyage
 
 from glasshelm.core.errors import InputError
-from glasshelm.figures.gallery import PLATES
-from glasshelm.frames.series import series
-from glasshelm.report.html_page import page
-from glasshelm.report.narrative import story
+from glasshelm.figures.gallery import FIGURES
+from glasshelm.frames.series import to_series
+from glasshelm.report.html_page import html_page
+from glasshelm.report.narrative import narrate
 from glasshelm.report.write_report import write_report
 
 SVG = b"<svg xmlns='http://www.w3.org/2000/svg'/>"
@@ -36,8 +36,8 @@ class Reader(HTMLParser):
 
 
 def read(frames, missing=(), notes=(), title="A voyage"):
-    v = series(frames)
-    text = page(v, title, story(v), [(p, SVG, 1.0) for p in PLATES[:2]], missing, notes)
+    v = to_series(frames)
+    text = html_page(v, title, narrate(v), [(p, SVG, 1.0) for p in FIGURES[:2]], missing, notes)
     reader = Reader()
     reader.feed(text)
     assert reader.open == []

@@ -1,15 +1,15 @@
 import numpy as np
 from tests.voyages import Other, learned, plain, voyage
 
-from glasshelm.report.narrative import story
+from glasshelm.report.narrative import narrate
 
 
 def kinds(frames):
-    return [s.kind for s in story(frames)]
+    return [s.kind for s in narrate(frames)]
 
 
 def text_of(frames):
-    return "\n".join(map(str, story(frames)))
+    return "\n".join(map(str, narrate(frames)))
 
 
 def test_the_story_of_an_avoidance():
@@ -23,12 +23,12 @@ def test_the_story_of_an_avoidance():
 
 
 def test_it_is_told_in_order_of_time():
-    frames = [s.frame for s in story(learned())]
+    frames = [s.frame for s in narrate(learned())]
     assert frames == sorted(frames)
 
 
 def test_passing_is_told_once_and_where():
-    lines = [s for s in story(plain()) if s.kind == "passing"]
+    lines = [s for s in narrate(plain()) if s.kind == "passing"]
     assert len(lines) == 1
     assert "Aurora is at her nearest" in lines[0].text
     assert "clear of the domain" in lines[0].text
@@ -41,7 +41,7 @@ def test_far_ships_are_not_told_of():
 def test_entering_the_domain_is_told_with_its_depth():
     frames = voyage([0.0] * 200, [Other("Aurora", 900, 0, 350, 5.0)])
     deepest = max(t.danger for f in frames for t in f.targets)
-    (line,) = [s.text for s in story(frames) if s.kind == "domain"]
+    (line,) = [s.text for s in narrate(frames) if s.kind == "domain"]
     assert deepest > 0.1
     assert line.startswith("Aurora")
     assert f"danger up to {deepest:.2f} of 1" in line
@@ -76,8 +76,8 @@ def test_advice_while_the_recorded_ship_turns():
 
 
 def test_what_lies_outside_training_is_told():
-    frames = voyage([0.0] * 40, outside=lambda k: ["own speed 20 kn, trained at 10 kn"])
-    (first, *_) = story(frames)
+    frames = voyage([0.0] * 40, outside_training=lambda k: ["own speed 20 kn, trained at 10 kn"])
+    (first, *_) = narrate(frames)
     assert first.kind == "outside"
     assert "throughout" in first.text
     assert "own speed 20 kn" in first.text
@@ -85,7 +85,7 @@ def test_what_lies_outside_training_is_told():
 
 def test_the_clock_of_the_source_is_used():
     frames = voyage([0.0] * 400, time_utc=lambda k: "2020-06-30T09:42:00+00:00")
-    assert story(frames)[0].when == "09:42"
+    assert narrate(frames)[0].when == "09:42"
 
 
 def test_one_frame_is_a_short_story():

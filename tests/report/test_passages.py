@@ -2,24 +2,24 @@ import numpy as np
 import pytest
 from tests.voyages import LOA_M, SPEED_M_S, STEP_S, Other, plain, voyage
 
-from glasshelm.frames.series import series
-from glasshelm.report.passages import Outside, describe, outside, passages, verdict
+from glasshelm.frames.series import to_series
+from glasshelm.report.passages import OutsideTraining, describe, outside_training, passages, verdict
 
 AHEAD = [0.0] * 200
 
 
 def test_closest_approach_is_that_of_the_track():
-    v = series(voyage(AHEAD, [Other("A", 2000, 3000, 270)]))
+    v = to_series(voyage(AHEAD, [Other("A", 2000, 3000, 270)]))
     (found,) = passages(v)
     ranges = np.hypot(v.ships[0].east_m - v.east_m, v.ships[0].north_m - v.north_m)
     assert found.closest == ranges.argmin()
     assert found.closest_m == pytest.approx(ranges.min())
-    assert found.interior
+    assert found.is_minimum
 
 
 def test_a_ship_that_only_opens_has_no_passage():
     (found,) = passages(voyage(AHEAD, [Other("A", 0, -2000, 180)]))
-    assert not found.interior
+    assert not found.is_minimum
     assert found.closest == 0
 
 
@@ -30,7 +30,7 @@ def test_nearest_first():
 
 def test_time_in_the_domain_is_the_time_that_danger_is_positive():
     # A ship at rest, dead ahead: in the domain from 6.4 LOA ahead to 1.6 LOA astern.
-    v = series(voyage([0.0] * 1200, [Other("buoy", 100, 3000, 0, speed_m_s=0.0)]))
+    v = to_series(voyage([0.0] * 1200, [Other("buoy", 100, 3000, 0, speed_m_s=0.0)]))
     (found,) = passages(v)
     shape = np.sqrt(1 - (100 / (3.2 * LOA_M)) ** 2)
     expected = (6.4 + 1.6) * LOA_M * shape / SPEED_M_S
@@ -62,10 +62,13 @@ def test_side_of_the_closest_approach():
 
 
 def test_outside_tells_first_frame_and_share():
-    frames = voyage([0.0] * 10, outside=lambda k: ["too fast"] if k >= 5 else None)
-    assert outside(frames) == [Outside("too fast", 5, 0.5)]
+    frames = voyage([0.0] * 10, outside_training=lambda k: ["too fast"] if k >= 5 else None)
+    assert outside_training(frames) == [OutsideTraining("too fast", 5, 0.5)]
 
 
 def test_outside_takes_words_with_other_numbers_for_the_same_kind():
-    frames = voyage([0.0] * 4, outside=lambda k: [f"own speed {k}.5 kn", "many ships"])
-    assert outside(frames) == [Outside("own speed 0.5 kn", 0, 1.0), Outside("many ships", 0, 1.0)]
+    frames = voyage([0.0] * 4, outside_training=lambda k: [f"own speed {k}.5 kn", "many ships"])
+    assert outside_training(frames) == [
+        OutsideTraining("own speed 0.5 kn", 0, 1.0),
+        OutsideTraining("many ships", 0, 1.0),
+    ]

@@ -129,7 +129,7 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
     for time_s in (50.0, 65.0, 75.0):
         target = there[time_s]
         assert target.lost
-        assert not target.fed
+        assert not target.selected
         assert target.north_m == pytest.approx(there[45.0].north_m)
         assert target.age_s == pytest.approx(time_s - 30.0)
     assert max(there) == 75.0
@@ -138,17 +138,17 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
 def test_forty_ships_are_shown_and_twenty_fed():
     rows = [straight(400.0 * k - 8000.0, 6000.0, 180.0) for k in range(40)]
     frame = list(simulate(scenario(*rows), PILOT, steps=2))[-1]
-    fed = [t for t in frame.targets if t.fed]
+    fed = [t for t in frame.targets if t.selected]
     assert (len(frame.targets), len(fed)) == (40, 20)
-    assert all((t.q is not None) == t.fed for t in frame.targets)
-    assert any("20 ships fed" in phrase for phrase in frame.outside)
+    assert all((t.q is not None) == t.selected for t in frame.targets)
+    assert any("20 ships fed" in phrase for phrase in frame.outside_training)
     assert frame.value.collision == pytest.approx(sum(t.q for t in fed), abs=1e-4)
 
 
 def test_eighteen_ships_are_all_fed_however_far():
     rows = [straight(25_000.0, 500.0 * k, 0.0) for k in range(18)]
     frame = next(simulate(scenario(*rows), StraightPilot(), steps=0))
-    assert all(t.fed for t in frame.targets)
+    assert all(t.selected for t in frame.targets)
 
 
 def test_padding_an_encounter_changes_nothing():
@@ -232,7 +232,7 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
     sha = write_weights(weights)
     args = ["run", "random:3", "--pilot", str(weights), "--steps", "6", "--out", str(out)]
     assert main([*args, "--parquet", str(tmp_path / "f.parquet")]) == 0
-    frames = list(frame_log.read(out))
+    frames = list(frame_log.read_log(out))
     assert len(frames) == 7
     assert frames[0].weights_sha256 == sha
     assert frames[0].source == "random:3"
@@ -242,7 +242,7 @@ def test_run_writes_frames_and_a_summary(tmp_path, capsys):
     assert main(["run", "random:3", "--pilot", "straight", "--advise", "--out", str(out)]) == 2
     errors = capsys.readouterr().err.strip().splitlines()
     assert sum(line.startswith("glasshelm: ") for line in errors) == 3
-    assert len(list(frame_log.read(out))) == 7  # nothing was written over
+    assert len(list(frame_log.read_log(out))) == 7  # nothing was written over
 
 
 def test_interrupted_run_keeps_its_frames(tmp_path):
@@ -268,7 +268,7 @@ def test_interrupted_run_keeps_its_frames(tmp_path):
     finally:
         run.kill()  # not a voyage without end beside the other tests
     assert run.returncode == 130
-    count = len(list(frame_log.read(out)))
+    count = len(list(frame_log.read_log(out)))
     assert count > 5
     assert f"interrupted: {count} frames are in" in errors.decode().replace("\n", " ")
 

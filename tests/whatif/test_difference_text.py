@@ -6,23 +6,23 @@ import math
 import pytest
 
 from glasshelm.encounters.scenario_factory import scenario_from
-from glasshelm.frames.schema import ByTask
+from glasshelm.frames.schema import BySubTask
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.voyage import simulate
 from glasshelm.whatif.ask import what_if
 from glasshelm.whatif.changes import Deleted, Hidden
-from glasshelm.whatif.difference_text import sentence
-from glasshelm.whatif.outcome import Account, Alteration, Differences
+from glasshelm.whatif.difference_text import describe_difference
+from glasshelm.whatif.outcome import Alteration, Differences, Outcome
 
 TURN = Alteration(math.radians(-20), 600.0, 560.0, True)
-FACT = Account((), 0.0, 340.0, True, ByTask(0.0, 0.0, 0.0), 0.35, TURN, 1800.0)
+FACT = Outcome((), 0.0, 340.0, True, BySubTask(0.0, 0.0, 0.0), 0.35, TURN, 1800.0)
 
 
 def told(turn: Alteration | None, apart_m: float) -> str:
     parted = Differences(0.0, 0.02, apart_m, math.radians(-9), 300.0)
     other = dataclasses.replace(FACT, alteration=turn)
-    return sentence("without ship 2", [Hidden("2")], FACT, other, parted)
+    return describe_difference("without ship 2", [Hidden("2")], FACT, other, parted)
 
 
 def test_a_turn_at_once_is_not_the_same_as_one_later():
@@ -31,11 +31,11 @@ def test_a_turn_at_once_is_not_the_same_as_one_later():
     frames = list(simulate(scenario_from("imazu:5", SHIPS["paper"]), pilot, 112))
     assert frames[111].time_s == 555.0
     answer = what_if(frames, 111, pilot, [Deleted("2")])
-    assert answer.sentence.startswith(
+    assert answer.summary.startswith(
         "Without ship 2, the pilot would return to course, 21° to port, half of it within 70 s "
         "instead of 15 min; the tracks part by 0.68 NM at most. Nearest would be ship 1"
     )
-    assert "same" not in answer.sentence
+    assert "same" not in answer.summary
 
 
 @pytest.mark.parametrize(

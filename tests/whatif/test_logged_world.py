@@ -6,7 +6,7 @@ from tests.voyages import Other, voyage
 
 from glasshelm.cli import main
 from glasshelm.core.errors import InputError
-from glasshelm.frames.frame_log import read, write
+from glasshelm.frames.frame_log import read_log, write_log
 from glasshelm.whatif.logged_world import frame_at, pilot_of
 
 
@@ -69,13 +69,13 @@ def test_pilot_of_a_log_must_be_bundled_and_have_the_same_weights():
 
 def test_command_prints_a_table_and_writes_both_futures(tmp_path, capsys):
     log, out = tmp_path / "log.jsonl", tmp_path / "out"
-    write(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])
-    args = ["whatif", str(log), "--at", "10", "--rudder", "-5", "--for", "30", "--minutes", "5"]
+    write_log(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])
+    args = ["whatif", str(log), "--at", "10", "--rudder", "-5", "--rudder-seconds", "30", "--minutes", "5"]
     assert main([*args, "--out", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "as things are" in said
     assert "With the rudder 5° to port for 30 s, own ship would alter" in said
-    fact, other = (list(read(out / name)) for name in ("fact.jsonl", "other.jsonl"))
+    fact, other = (list(read_log(out / name)) for name in ("factual.jsonl", "counterfactual.jsonl"))
     assert len(fact) == len(other) == 61
     assert fact[0].own == other[0].own
     assert other[1].own.heading_rad < 0
@@ -89,13 +89,13 @@ def test_command_prints_a_table_and_writes_both_futures(tmp_path, capsys):
         ([], "nothing is asked"),
         (["--delete", "Borealis"], "no ship 'Borealis' from this instant on: there are Aurora"),
         (["--rudder", "20"], "own ship's goes to 5°"),
-        (["--keep", "own", "--minutes", "0"], "0 minutes"),
-        (["--keep", "own", "--pilot", "nobody"], "unknown pilot 'nobody'"),
+        (["--keep-course", "own", "--minutes", "0"], "0 minutes"),
+        (["--keep-course", "own", "--pilot", "nobody"], "unknown pilot 'nobody'"),
     ],
 )
 def test_command_refuses_in_one_line(tmp_path, capsys, more, line):
     log = tmp_path / "log.jsonl"
-    write(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])
+    write_log(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])
     assert main(["whatif", str(log), "--at", "10", *more]) == 2
     said = capsys.readouterr().err
     assert line in said

@@ -20,8 +20,8 @@ from glasshelm.simulation.voyage import Voyage, simulate
 from glasshelm.whatif.ask import what_if
 from glasshelm.whatif.branch import branch_at
 from glasshelm.whatif.changes import Deleted, Hidden, KeptCourse, Rudder
-from glasshelm.whatif.counterfactual_rollout import Future, future
-from glasshelm.whatif.outcome import account, differences
+from glasshelm.whatif.counterfactual_rollout import BranchRollout, roll_out
+from glasshelm.whatif.outcome import differences, outcome_of
 
 SHIP = SHIPS["paper"]
 STEPS = 60
@@ -54,20 +54,20 @@ def advice_log(learned):
 
 @pytest.mark.parametrize("number", [0, 2, 4, 37, 119])
 def test_branch_decides_as_the_log_did(imazu_log, learned, number):
-    sailed = future(branch_at(imazu_log, number, learned, 1), (), 1)
+    sailed = roll_out(branch_at(imazu_log, number, learned, 1), (), 1)
     assert abs(sailed.rudder_rad[0] - imazu_log[number].decision.rudder_rad) < ROUNDED_RAD
 
 
 @pytest.mark.parametrize("number", [0, 3, 40, 59])
 def test_branch_of_a_recording_decides_as_the_log_did(advice_log, learned, number):
     frame = advice_log[number]
-    sailed = future(branch_at(advice_log, number, learned, STEPS), (), STEPS)
+    sailed = roll_out(branch_at(advice_log, number, learned, STEPS), (), STEPS)
     assert abs(sailed.rudder_rad[0] - frame.decision.rudder_rad) < ROUNDED_RAD
     # The whole frame is the one that was logged, but for what only a recording knows.
     again = sailed.frames()[0]
     assert [t.id for t in again.targets] == [t.id for t in frame.targets]
     for one, two in zip(again.targets, frame.targets, strict=True):
-        assert (one.lost, one.fed, one.name) == (two.lost, two.fed, two.name)
+        assert (one.lost, one.selected, one.name) == (two.lost, two.selected, two.name)
         assert one.range_m == pytest.approx(two.range_m, rel=1e-5)
         assert one.danger == pytest.approx(two.danger, abs=1e-5)
         assert one.latitude_deg == pytest.approx(two.latitude_deg, abs=1e-6)
@@ -80,8 +80,8 @@ def test_what_a_pilot_keeps_in_mind_is_rebuilt(name):
     pilot = UNTRAINED[name]
     frames = logged(simulate(random_scenario(35, SHIP), pilot, 40))
     branch = branch_at(frames, 15, pilot, 20)
-    assert int(branch.premise.memory.age) == 15
-    sailed = future(branch, (), 20)
+    assert int(branch.initial.memory.age) == 15
+    sailed = roll_out(branch, (), 20)
     wanted = [f.decision.rudder_rad for f in frames[15:36]]
     np.testing.assert_allclose(sailed.rudder_rad, wanted, atol=1e-4)
 
@@ -91,7 +91,7 @@ def test_who_had_the_helm_is_rebuilt():
     pilot, ship = pilot_named("large-ship-sum-guarded"), SHIPS["large_ship"]
     frames = logged(simulate(scenario_from("imazu:21", ship), pilot, 40))
     assert frames[15].guard.steers
-    sailed = future(branch_at(frames, 15, pilot, 20), (), 20)
+    sailed = roll_out(branch_at(frames, 15, pilot, 20), (), 20)
     wanted = [f.decision.rudder_rad for f in frames[15:36]]
     np.testing.assert_allclose(sailed.rudder_rad, wanted, atol=1e-4)
 
@@ -101,10 +101,10 @@ def test_an_order_is_no_guards():
     pilot, ship = pilot_named("large-ship-sum-guarded"), SHIPS["large_ship"]
     frames = logged(simulate(scenario_from("imazu:21", ship), pilot, 20))
     told = what_if(frames, 13, pilot, [Rudder(5.0, 30.0)], minutes=1.0, explained=True)
-    ordered = told.other.frames()
-    assert all(f.guard.steers for f in told.fact.frames())
+    ordered = told.counterfactual.frames()
+    assert all(f.guard.steers for f in told.factual.frames())
     assert not ordered[0].guard.steers
-    assert ordered[0].decision.overruled_rad is not None
+    assert ordered[0].decision.pilot_rudder_rad is not None
     assert ordered[6].guard.steers
 
 
@@ -115,8 +115,8 @@ def test_another_pilots_watch_is_not_remembered():
     voyage.hand_over(second)
     frames = logged([*frames, *voyage.sail_on(16)])
     branch = branch_at(frames, 20, second, 10)
-    assert int(branch.premise.memory.age) == 4
-    assert future(branch, (), 10).rudder_rad[0] == pytest.approx(
+    assert int(branch.initial.memory.age) == 4
+    assert roll_out(branch, (), 10).rudder_rad[0] == pytest.approx(
         frames[20].decision.rudder_rad, abs=1e-4
     )
 
@@ -124,7 +124,7 @@ def test_another_pilots_watch_is_not_remembered():
 @pytest.mark.parametrize("number", [0, 20, 60])
 def test_unchanged_future_is_the_rest_of_the_log(imazu_log, learned, number):
     left = len(imazu_log) - 1 - number
-    sailed = future(branch_at(imazu_log, number, learned, left), (), left)
+    sailed = roll_out(branch_at(imazu_log, number, learned, left), (), left)
     again, rest = sailed.frames(), imazu_log[number:]
     assert len(again) == len(rest)
     for one, two in zip(again, rest, strict=True):
@@ -137,7 +137,7 @@ def test_unchanged_future_is_the_rest_of_the_log(imazu_log, learned, number):
 
 
 def test_targets_go_on_as_logged_and_then_straight(advice_log):
-    sailed = future(branch_at(advice_log, 20, StraightPilot(), 80), (), 80).frames()
+    sailed = roll_out(branch_at(advice_log, 20, StraightPilot(), 80), (), 80).frames()
     for one, two in zip(sailed, advice_log[20:], strict=False):
         there = {t.id: t for t in two.targets if not t.lost}
         assert {t.id for t in one.targets if not t.lost} == set(there)
@@ -158,18 +158,20 @@ def test_same_question_has_the_same_answer_bit_for_bit(imazu_log, learned):
         for _ in range(2)
     )
     for a, b in zip(
-        jax.tree.leaves(one.other.moments), jax.tree.leaves(two.other.moments), strict=True
+        jax.tree.leaves(one.counterfactual.steps),
+        jax.tree.leaves(two.counterfactual.steps),
+        strict=True,
     ):
         np.testing.assert_array_equal(a, b)
     encode = msgspec.json.Encoder().encode
-    assert encode(one.other.frames()) == encode(two.other.frames())
-    assert one.sentence == two.sentence
+    assert encode(one.counterfactual.frames()) == encode(two.counterfactual.frames())
+    assert one.summary == two.summary
 
 
-def same(one: Future, two: Future) -> bool:
+def same(one: BranchRollout, two: BranchRollout) -> bool:
     parts = (
-        (one.moments.own, one.moments.action, one.reward.waypoint),
-        (two.moments.own, two.moments.action, two.reward.waypoint),
+        (one.steps.own, one.steps.action, one.reward.waypoint),
+        (two.steps.own, two.steps.action, two.reward.waypoint),
     )
     return all(np.array_equal(a, b) for a, b in zip(*map(jax.tree.leaves, parts), strict=True))
 
@@ -180,10 +182,10 @@ def test_without_the_only_ship_the_pilot_returns_to_the_waypoints_course(learned
     number = int(np.argmax(aside))
     assert np.degrees(aside[number]) > 4, "she gives way in this case"
     told = what_if(frames, number, learned, [Deleted("1")], minutes=10.0)
-    assert abs(bearing(told.other.frames()[-1])) < np.radians(1.5)
-    assert told.other_account.ships == ()
-    assert told.other_account.reward.collision == 0.0
-    assert "No other ship would be there" in told.sentence
+    assert abs(bearing(told.counterfactual.frames()[-1])) < np.radians(1.5)
+    assert told.counterfactual_outcome.ships == ()
+    assert told.counterfactual_outcome.reward.collision == 0.0
+    assert "No other ship would be there" in told.summary
 
 
 def bearing(frame: Frame) -> float:
@@ -196,33 +198,33 @@ def bearing(frame: Frame) -> float:
 def test_a_deleted_ship_is_as_if_she_had_never_been(imazu_log, learned):
     """The same decisions, to the bit, as in a log that never had her."""
     never = [msgspec.structs.replace(f, targets=f.targets[:1]) for f in imazu_log]
-    one = future(branch_at(imazu_log, 10, learned, STEPS), [Deleted("2")], STEPS)
-    two = future(branch_at(never, 10, learned, STEPS), (), STEPS)
+    one = roll_out(branch_at(imazu_log, 10, learned, STEPS), [Deleted("2")], STEPS)
+    two = roll_out(branch_at(never, 10, learned, STEPS), (), STEPS)
     np.testing.assert_allclose(one.rudder_rad, two.rudder_rad, atol=1e-5)
 
 
 def test_blind_to_a_ship_that_is_not_fed_changes_nothing(advice_log, learned):
     number = 40
-    fed = {t.id for f in advice_log[number:] for t in f.targets if t.fed}
+    fed = {t.id for f in advice_log[number:] for t in f.targets if t.selected}
     far = max(
         (t for t in advice_log[number].targets if t.id not in fed and not t.lost),
         key=lambda t: t.range_m,
     )
     assert far.range_m > 20_000
     branch = branch_at(advice_log, number, learned, 20)
-    assert same(future(branch, [Hidden(far.id)], 20), future(branch, (), 20))
+    assert same(roll_out(branch, [Hidden(far.id)], 20), roll_out(branch, (), 20))
 
 
 def test_blind_and_deleted_steer_alike_but_only_one_ship_is_there(imazu_log, learned):
     branch = branch_at(imazu_log, 0, learned, 360)
-    blind, gone = (future(branch, [change], 360) for change in (Hidden("2"), Deleted("2")))
-    np.testing.assert_array_equal(blind.moments.own.east_m, gone.moments.own.east_m)
-    told = account(blind)
+    blind, gone = (roll_out(branch, [change], 360) for change in (Hidden("2"), Deleted("2")))
+    np.testing.assert_array_equal(blind.steps.own.east_m, gone.steps.own.east_m)
+    told = outcome_of(blind)
     assert {ship.id for ship in told.ships} == {"1", "2"}
-    assert {ship.id for ship in account(gone).ships} == {"1"}
+    assert {ship.id for ship in outcome_of(gone).ships} == {"1"}
     met = next(ship for ship in told.ships if ship.id == "2")
     assert (met.danger > 0) == (told.reward.collision < 0)
-    assert not any(t.fed for f in blind.frames() for t in f.targets if t.id == "2")
+    assert not any(t.selected for f in blind.frames() for t in f.targets if t.id == "2")
 
 
 def test_a_ship_that_keeps_her_course_goes_straight(advice_log):
@@ -236,7 +238,7 @@ def test_a_ship_that_keeps_her_course_goes_straight(advice_log):
     )
     assert turns[0] > 0.05
     branch = branch_at(advice_log, number, StraightPilot(), steps)
-    kept = future(branch, [KeptCourse(turns[1])], steps).frames()
+    kept = roll_out(branch, [KeptCourse(turns[1])], steps).frames()
     places = np.array([(t.east_m, t.north_m) for f in kept for t in f.targets if t.id == turns[1]])
     assert len(places) == steps + 1
     begin = next(t for t in advice_log[number].targets if t.id == turns[1])
@@ -249,7 +251,7 @@ def test_a_ship_that_keeps_her_course_goes_straight(advice_log):
 
 
 def test_own_ship_that_keeps_her_course_goes_straight(imazu_log, learned):
-    sailed = future(branch_at(imazu_log, 5, learned, STEPS), [KeptCourse()], STEPS)
+    sailed = roll_out(branch_at(imazu_log, 5, learned, STEPS), [KeptCourse()], STEPS)
     assert np.ptp(sailed.heading_rad) == 0.0
     assert not sailed.rudder_rad.any()
 
@@ -257,19 +259,19 @@ def test_own_ship_that_keeps_her_course_goes_straight(imazu_log, learned):
 def test_an_ordered_rudder_is_held_and_then_the_pilot_decides(imazu_log, learned):
     """Five degrees for 20 s: what Nomoto's model says (Eq. 6), then the pilot's own rudder."""
     branch = branch_at(imazu_log, 0, learned, STEPS)
-    sailed = future(branch, [Rudder(-5.0, 20.0)], STEPS)
+    sailed = roll_out(branch, [Rudder(-5.0, 20.0)], STEPS)
     np.testing.assert_allclose(sailed.rudder_rad[:4], -np.radians(5), rtol=1e-6)
     assert abs(sailed.rudder_rad[4] + np.radians(5)) > 1e-4
     lag, gain = SHIP.time_constant_s, SHIP.gain_1_s
     turned = -gain * np.radians(5) * (20.0 - lag * (1 - np.exp(-20.0 / lag)))
     assert sailed.heading_rad[4] - sailed.heading_rad[0] == pytest.approx(turned, rel=1e-4)
-    parted = differences(future(branch, (), STEPS), sailed)
-    assert parted.parts_s == 0.0
+    parted = differences(roll_out(branch, (), STEPS), sailed)
+    assert parted.diverge_s == 0.0
 
 
 def test_frames_of_a_changed_future_say_so_and_explain(imazu_log, learned):
     told = what_if(imazu_log, 10, learned, [Rudder(5.0, 30.0)], minutes=2.0, explained=True)
-    frames = told.other.frames()
+    frames = told.counterfactual.frames()
     assert frames[0].decision.rudder_rad == pytest.approx(np.radians(5), abs=1e-6)
     assert frames[0].source == "imazu:5, with the rudder 5° to starboard for 30 s from 50 s"
     # The value is that of the ordered rudder: the end of the sweep.
@@ -277,18 +279,21 @@ def test_frames_of_a_changed_future_say_so_and_explain(imazu_log, learned):
     assert frames[0].value.waypoint == pytest.approx(edge, abs=1e-4)
     # Shares would be those of the pilot's own rudder: he is named beside the order instead.
     logged = imazu_log[10].decision
-    assert frames[0].decision.overruled_rad == pytest.approx(logged.rudder_rad, abs=ROUNDED_RAD)
-    assert frames[0].decision.alone_rad is None
+    assert frames[0].decision.pilot_rudder_rad == pytest.approx(logged.rudder_rad, abs=ROUNDED_RAD)
+    assert frames[0].decision.base_rad is None
     assert all(t.shapley_rad is None and t.intention is None for t in frames[0].targets)
     after = next(f for f in frames if f.time_s >= frames[0].time_s + 30)
-    assert after.decision.overruled_rad is None
+    assert after.decision.pilot_rudder_rad is None
     assert all(t.shapley_rad is not None for t in after.targets)
     assert frames[0].reward == imazu_log[10].reward
 
 
 def test_numbers_of_a_future_are_those_of_its_frames(imazu_log, learned):
     told = what_if(imazu_log, 0, learned, [Hidden("2")], minutes=30.0)
-    for sailed, numbers in ((told.fact, told.fact_account), (told.other, told.other_account)):
+    for sailed, numbers in (
+        (told.factual, told.factual_outcome),
+        (told.counterfactual, told.counterfactual_outcome),
+    ):
         frames = sailed.frames()
         range_m, id = min((t.range_m, t.id) for f in frames for t in f.targets)
         assert numbers.nearest.id == id
@@ -303,7 +308,7 @@ def test_an_untrained_pilot_without_critic_can_be_asked_too():
     pilot = untrained(critic=False)
     frames = logged(simulate(random_scenario(5, SHIP), pilot, 10))
     told = what_if(frames, 10, pilot, [KeptCourse()], minutes=1.0, explained=True)
-    assert told.other.frames()[0].value is None
+    assert told.counterfactual.frames()[0].value is None
 
 
 @pytest.mark.parametrize(
@@ -338,5 +343,5 @@ def test_half_an_hour_takes_less_than_a_second_once_compiled(imazu_log, learned)
         began = time.process_time()
         told = what_if(imazu_log, 30, learned, [Deleted("2")])
         took.append(time.process_time() - began)
-        assert len(told.other) == 361
+        assert len(told.counterfactual) == 361
     assert min(took) < 1.0

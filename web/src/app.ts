@@ -1,30 +1,31 @@
-/** The page: where its parts lie, and the keyboard. */
+/** The page: its layout and its keyboard shortcuts. */
 
-import { css, html, LitElement, nothing } from "lit";
+import { css, html, nothing } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
-import { watchAlarms } from "./beep";
-import { onKey } from "./keys";
-import "./parts/advice";
-import "./parts/alarm-strip";
-import "./parts/comparison";
-import "./parts/menu";
-import type { Menu } from "./parts/menu";
-import "./parts/notices";
-import "./parts/outside";
-import "./parts/plan-bar";
-import "./parts/sentence";
-import "./parts/target-list";
-import "./parts/top-bar";
-import "./parts/transport";
-import "./parts/what-if";
-import "./parts/why";
+import { startAlarmSound } from "./alarm-sound";
+import "./components/advice";
+import "./components/alarm-strip";
+import "./components/comparison-table";
+import "./components/envelope-warning";
+import "./components/explanation-panel";
+import "./components/menu";
+import type { Menu } from "./components/menu";
+import "./components/notices";
+import "./components/plan-bar";
+import "./components/sentence";
+import { StoreElement } from "./components/store-element";
+import "./components/target-list";
+import "./components/top-bar";
+import "./components/transport";
+import "./components/what-if";
 import "./plan/plan-display";
-import { store, Watch } from "./store";
+import { handleKey } from "./shortcuts";
+import { store } from "./store";
 import { shared } from "./style/shared";
 
 @customElement("gh-app")
-export class App extends LitElement {
+export class App extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -48,7 +49,7 @@ export class App extends LitElement {
       .level-3 {
         --side: clamp(540px, 54vw, 900px);
       }
-      .sea {
+      .plan {
         display: grid;
         grid-template-rows: auto minmax(0, 1fr);
         min-width: 0;
@@ -64,13 +65,13 @@ export class App extends LitElement {
       }
       .stale gh-sentence,
       .stale gh-target-list,
-      .stale gh-why {
+      .stale gh-explanation {
         filter: grayscale(1) opacity(0.5);
       }
       aside > * + * {
         border-top: 1px solid var(--gh-line);
       }
-      gh-outside {
+      gh-envelope-warning {
         border: 0;
       }
       /* Four ships are always in full sight, six where there is room; the plots take the rest. */
@@ -87,17 +88,17 @@ export class App extends LitElement {
         flex: 0 1 auto;
         max-height: 294px;
       }
-      gh-why {
+      gh-explanation {
         flex: 1 0 auto;
       }
-      .head {
+      .overview {
         display: grid;
       }
-      .level-2 .head,
-      .level-3 .head {
+      .level-2 .overview,
+      .level-3 .overview {
         grid-template-columns: minmax(270px, 1fr) 1fr;
       }
-      .level-3 .head {
+      .level-3 .overview {
         grid-template-rows: 1fr auto;
       }
       .level-3 gh-advice {
@@ -119,7 +120,7 @@ export class App extends LitElement {
           border-left: 0;
           border-top: 1px solid var(--gh-line);
         }
-        .level-1 .head {
+        .level-1 .overview {
           grid-template-columns: minmax(270px, 1fr) 1fr;
         }
       }
@@ -128,16 +129,11 @@ export class App extends LitElement {
 
   @query("gh-menu") private menu!: Menu;
 
-  constructor() {
-    super();
-    new Watch(this, store);
-  }
-
   override connectedCallback(): void {
     super.connectedCallback();
     window.addEventListener("keydown", this.key);
     store.start();
-    watchAlarms();
+    startAlarmSound();
   }
 
   override disconnectedCallback(): void {
@@ -146,32 +142,32 @@ export class App extends LitElement {
   }
 
   override willUpdate(): void {
-    document.documentElement.dataset.obcTheme = store.settings.all.palette;
+    document.documentElement.dataset.obcTheme = store.settings.values.palette;
     document.title = store.session ? `${store.session.title} · Glasshelm` : "Glasshelm";
   }
 
   override render() {
-    const { level } = store.settings.all;
+    const { level } = store.settings.values;
     const ask = html`<gh-what-if aria-live="polite"></gh-what-if>`;
     return html`
       <gh-top-bar role="banner" @menu=${() => this.menu.open()}></gh-top-bar>
       <gh-alarm-strip role="alert"></gh-alarm-strip>
       <main class="body level-${level}">
-        <section class="sea" aria-label="Plan display">
+        <section class="plan" aria-label="Plan display">
           <gh-plan-bar></gh-plan-bar>
           <gh-plan></gh-plan>
         </section>
         <aside aria-label="Decision" class=${store.liveness.state === "stale" ? "stale" : ""}>
-          <div class="head">
+          <div class="overview">
             <gh-advice></gh-advice>
             <gh-sentence aria-live="polite"></gh-sentence>
             ${level > 2 ? ask : nothing}
           </div>
-          <gh-outside></gh-outside>
+          <gh-envelope-warning></gh-envelope-warning>
           ${store.session?.compare ? html`<gh-comparison></gh-comparison>` : nothing}
           ${level > 2 ? nothing : ask}
           <gh-target-list></gh-target-list>
-          ${level > 1 ? html`<gh-why></gh-why>` : nothing}
+          ${level > 1 ? html`<gh-explanation></gh-explanation>` : nothing}
         </aside>
       </main>
       <gh-transport role="contentinfo"></gh-transport>
@@ -180,5 +176,5 @@ export class App extends LitElement {
     `;
   }
 
-  private readonly key = (event: KeyboardEvent): void => onKey(event, () => this.menu.open());
+  private readonly key = (event: KeyboardEvent): void => handleKey(event, () => this.menu.open());
 }

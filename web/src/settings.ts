@@ -1,13 +1,13 @@
-/** How this viewer likes to look; kept in this browser, never sent. */
+/** Display settings, stored in the browser and never sent. */
 
 import type { Palette } from "./domain/colours";
 import type { MotionMode, Orientation, VectorMode } from "./domain/view";
 
-export type Level = 1 | 2 | 3;
+export type DetailLevel = 1 | 2 | 3;
 
-export interface Choices {
+export interface SettingValues {
   palette: Palette;
-  level: Level;
+  level: DetailLevel;
   orientation: Orientation;
   motion: MotionMode;
   vectors: VectorMode;
@@ -17,7 +17,7 @@ export interface Choices {
   sound: boolean;
 }
 
-export const DEFAULTS: Choices = {
+export const DEFAULT_SETTINGS: SettingValues = {
   palette: "day",
   level: 1,
   orientation: "north-up",
@@ -29,36 +29,37 @@ export const DEFAULTS: Choices = {
   sound: true,
 };
 
-const KEY = "glasshelm";
+const STORAGE_KEY = "glasshelm";
 
 export class Settings {
-  private choices: Choices = { ...DEFAULTS, ...kept() };
+  private current: SettingValues = { ...DEFAULT_SETTINGS, ...stored() };
 
-  constructor(private readonly changed: () => void) {}
+  constructor(private readonly onChange: () => void) {}
 
-  get all(): Readonly<Choices> {
-    return this.choices;
+  get values(): Readonly<SettingValues> {
+    return this.current;
   }
 
-  set(some: Partial<Choices>): void {
-    this.choices = { ...this.choices, ...some };
+  set(changes: Partial<SettingValues>): void {
+    this.current = { ...this.current, ...changes };
     try {
-      localStorage.setItem(KEY, JSON.stringify(this.choices));
+      localStorage.setItem(STORAGE_KEY, JSON.stringify(this.current));
     } catch {
-      // A browser that keeps nothing shows the page all the same.
+      // Without storage the settings last as long as the page.
     }
-    this.changed();
+    this.onChange();
   }
 }
 
-/** What was kept, as far as it is of the right type. */
-function kept(): Partial<Choices> {
+/** The stored values that are of the right type. */
+function stored(): Partial<SettingValues> {
   try {
-    const found: unknown = JSON.parse(localStorage.getItem(KEY) ?? "{}");
-    if (typeof found !== "object" || found === null) return {};
+    const values: unknown = JSON.parse(localStorage.getItem(STORAGE_KEY) ?? "{}");
+    if (typeof values !== "object" || values === null) return {};
     return Object.fromEntries(
-      Object.entries(found).filter(
-        ([k, v]) => k in DEFAULTS && typeof v === typeof DEFAULTS[k as keyof Choices],
+      Object.entries(values).filter(
+        ([k, v]) =>
+          k in DEFAULT_SETTINGS && typeof v === typeof DEFAULT_SETTINGS[k as keyof SettingValues],
       ),
     );
   } catch {

@@ -1,206 +1,226 @@
-/** What the page knows, in one place; components read it and ask it, nothing else. */
+/** The state of the page in one place: components read it and call it, nothing else. */
 
-import type { ReactiveController, ReactiveControllerHost } from "lit";
-
-import { bandOf } from "./domain/band";
-import { carriedOn } from "./domain/between";
-import { Book, type Palette } from "./domain/colours";
-import { heardAge } from "./domain/heard";
-import { added, lighten, MOST_FRAMES } from "./domain/history";
-import { liveness, type Liveness } from "./domain/liveness";
-import { byNote, largestDanger, ranked, roundScale, type Ranked } from "./domain/ranking";
-import { Link, socketUrl, type LinkState } from "./link";
-import { Settings } from "./settings";
+import { bandForFrame } from "./domain/certified-band";
+import { ColourRegistry } from "./domain/colours";
+import { deadReckon } from "./domain/dead-reckoning";
+import { appendFrame, dropSweeps, MAX_FRAMES } from "./domain/history";
+import { dataAge, liveness, type Liveness } from "./domain/liveness";
+import {
+  idsByProminence,
+  largestDanger,
+  type RankedTarget,
+  rankTargets,
+  roundScale,
+} from "./domain/ranking";
 import type {
-  Alarm, Banded, Catalogue, Change, Encounter, Frame, FromServer, Instant, Limits, Role, Session,
-  Target, ToServer, WhatIf,
-} from "./wire";
+  Alarm,
+  Answer,
+  Banded,
+  Bounds,
+  Catalogue,
+  ClientMessage,
+  Frame,
+  FrameNow,
+  Hello,
+  Meeting,
+  ServerMessage,
+  Session,
+  Target,
+  WhatIf,
+} from "./protocol.gen";
+import { Settings } from "./settings";
+import { ReconnectingSocket, socketUrl } from "./socket";
 
 const NOTICE_MS = 8000;
-/** An answer to "what if" is of its instant: it goes when it is so old. */
-const WHATIF_MS = 60_000;
+/** A what-if answer belongs to its instant: it is removed when it is this old. */
+const WHAT_IF_MS = 60_000;
 
-export interface Notice {
+export interface PageNotice {
   id: number;
   text: string;
   failure: boolean;
 }
 
+/** What is rendered again when the store changes. */
+interface Subscriber {
+  requestUpdate: () => void;
+}
+
 export class Store {
   version = "";
   catalogue: Catalogue | null = null;
-  limits: Limits | null = null;
-  /** As whom the server greets this page. */
-  role: Role | null = null;
+  limits: Bounds | null = null;
+  /** The role that the server gives this page. */
+  role: Hello["role"] | null = null;
   session: Session | null = null;
-  /** What the server makes ready while the session goes on. */
+  /** What the server prepares while the session goes on. */
   preparing: string | null = null;
   frames: Frame[] = [];
   compareFrames: Frame[] = [];
-  now: Instant | null = null;
+  /** The last frame with what the server derived from it; after a jump in time the frame alone. */
+  current: (Partial<FrameNow> & { frame: Frame }) | null = null;
   /** The last predicted track: at high speed not every frame brings one. */
   path: [number, number][] = [];
-  /** The answer to the last "what if", until it is dismissed or old. */
-  whatIf: WhatIf | null = null;
-  /** Asked, and not answered yet. */
-  asking = false;
-  /** The certified band that was told last: of which frame, it says itself. */
-  banded: Banded | null = null;
+  /** The answer to the last what-if question, until it is dismissed or old. */
+  whatIf: Answer | null = null;
+  awaitingWhatIf = false;
+  /** The last certified band, of whichever frame. */
+  lastBand: Banded | null = null;
   alarms: Alarm[] = [];
-  notices: Notice[] = [];
-  rows: Ranked[] = [];
+  notices: PageNotice[] = [];
+  rows: RankedTarget[] = [];
   dangerScale = 0.5;
 
   selected: string | null = null;
   hovered: string | null = null;
-  readonly settings = new Settings(() => this.changed());
-  readonly book = new Book();
+  readonly settings = new Settings(() => this.requestUpdate());
+  readonly colours = new ColourRegistry();
 
-  private readonly link: Link;
-  private readonly hosts = new Set<ReactiveControllerHost>();
+  private readonly socket: ReconnectingSocket;
+  private readonly subscribers = new Set<Subscriber>();
   private frameAt_ms: number | null = null;
   private sessionAt_ms = 0;
-  private shown: Frame | null = null;
+  /** The current frame of live traffic, dead-reckoned to now. */
+  private deadReckoned: Frame | null = null;
   private scheduled = false;
   private noticeCount = 0;
   private whatIfTimer = 0;
 
   constructor(url = socketUrl(location.href)) {
-    this.link = new Link(url, (m) => this.take(m), (s) => this.linked(s));
+    this.socket = new ReconnectingSocket(
+      url,
+      (message) => this.receive(message),
+      () => this.connectionChanged(),
+    );
   }
 
   start(): void {
-    this.link.start();
+    this.socket.start();
     window.setInterval(() => this.tick(), 1000);
   }
 
-  send(message: ToServer): void {
-    if (!this.link.send(message)) this.note("Not sent: there is no connection", true);
+  send(message: ClientMessage): void {
+    if (!this.socket.send(message)) this.notify("Not sent: no connection", true);
   }
 
   // What is shown
 
-  /** The present frame; of live traffic as it has moved on since. */
+  /** The frame to show; that of live traffic is dead-reckoned to now. */
   get frame(): Frame | null {
-    return this.shown ?? this.now?.frame ?? null;
+    return this.deadReckoned ?? this.current?.frame ?? null;
   }
 
   get liveness(): Liveness {
+    const { state, since_ms } = this.socket;
     return liveness(
-      { open: this.link.state === "open", since_s: (performance.now() - this.link.since_ms) / 1000 },
+      { open: state === "open", since_s: (performance.now() - since_ms) / 1000 },
       this.session,
       this.frameAge_s,
-      this.saidAge_s,
+      this.sessionAge_s,
     );
   }
 
-  /** Seconds since the session was told, with the ages in it. */
-  private get saidAge_s(): number {
+  /** Seconds since the last `session` message, and the ages in it. */
+  private get sessionAge_s(): number {
     return (performance.now() - this.sessionAt_ms) / 1000;
   }
 
-  /** Seconds since the last frame came in, by this computer's clock. */
-  get frameAge_s(): number | null {
+  /** Seconds since the last frame arrived. */
+  private get frameAge_s(): number | null {
     return this.frameAt_ms === null ? null : (performance.now() - this.frameAt_ms) / 1000;
   }
 
-  /** Seconds since what is shown was heard: in live traffic own ship's position, else the frame. */
-  get heardAge_s(): number | null {
-    return heardAge(this.session, this.frameAge_s, this.saidAge_s);
+  get dataAge_s(): number | null {
+    return dataAge(this.session, this.frameAge_s, this.sessionAge_s);
   }
 
-  get linkState(): LinkState {
-    return this.link.state;
-  }
-
-  /** Whether this page only looks on: what all see is the owner's to change. */
+  /** Whether this page may only look: changes that others see are the owner's. */
   get viewOnly(): boolean {
     return this.role === "viewer";
   }
 
-  /** Ids of the ships of note, in the order of their colours. */
-  get noted(): string[] {
+  get hasOpenAlarm(): boolean {
+    return this.alarms.some((alarm) => alarm.state === "unacknowledged");
+  }
+
+  /** Ids of the ships that have a colour, in the order of the colours. */
+  get colouredShips(): string[] {
     return (this.frame?.targets ?? [])
-      .filter((t) => this.book.place(t.id) !== null)
-      .sort((a, b) => this.book.place(a.id)! - this.book.place(b.id)!)
-      .map((t) => t.id);
+      .flatMap(({ id }) => {
+        const index = this.colours.indexOf(id);
+        return index === null ? [] : [{ id, index }];
+      })
+      .sort((a, b) => a.index - b.index)
+      .map(({ id }) => id);
   }
 
   target(id: string | null): Target | null {
     return this.frame?.targets.find((t) => t.id === id) ?? null;
   }
 
-  encounter(id: string): Encounter | null {
-    return this.now?.encounters?.[id] ?? null;
+  encounter(id: string): Meeting | null {
+    return this.current?.encounters?.[id] ?? null;
   }
 
-  alarm(id: string): Alarm | null {
-    return this.alarms.find((a) => a.target === id) ?? null;
-  }
-
-  /** The ship that a hand or an eye is on. */
-  get lit(): string | null {
+  /** The ship that is pointed at, else the selected one. */
+  get highlighted(): string | null {
     return this.hovered ?? this.selected;
   }
 
-  /** The certified band of the rudder shown, or why there is none; null while nothing is known. */
+  /** The certified band of the frame shown, or why it has none; `null` while that is unknown. */
   get band(): Banded | null {
-    return bandOf(this.banded, this.now?.frame ?? null);
+    return bandForFrame(this.lastBand, this.current?.frame ?? null);
   }
 
-  // What the viewer does
+  // What the user does
 
+  /** Select a ship, or deselect it if it is selected. */
   select(id: string | null): void {
     this.selected = id === this.selected ? null : id;
-    this.rank();
-    this.changed();
+    this.updateRanking();
+    this.requestUpdate();
   }
 
   hover(id: string | null): void {
     if (id === this.hovered) return;
     this.hovered = id;
-    this.changed();
+    this.requestUpdate();
   }
 
-  setPalette(palette: Palette): void {
-    this.settings.set({ palette });
-  }
-
-  /** CPA limits are the server's; they are shown as asked for until it says otherwise. */
-  setLimits(limits: Limits): void {
+  /** Set the CPA limits; they are shown at once, until the server says otherwise. */
+  setLimits(limits: Bounds): void {
     this.limits = limits;
     this.send({ type: "limits", ...limits });
-    this.changed();
+    this.requestUpdate();
   }
 
-  /** What if she were not there, were not seen, kept her course; or the rudder were put over? */
-  ask(change: Change, more: { ship?: string; degrees?: number }): void {
-    this.asking = true;
-    this.send({ type: "whatif", change, ...more });
-    this.changed();
+  askWhatIf(change: WhatIf["change"], details: { ship?: string; degrees?: number }): void {
+    this.awaitingWhatIf = true;
+    this.send({ type: "whatif", change, ...details });
+    this.requestUpdate();
   }
 
   dismissWhatIf(): void {
     window.clearTimeout(this.whatIfTimer);
     this.whatIf = null;
-    this.changed();
+    this.requestUpdate();
   }
 
-  dismiss(id: number): void {
-    this.notices = this.notices.filter((n) => n.id !== id);
-    this.changed();
+  dismissNotice(id: number): void {
+    this.notices = this.notices.filter((notice) => notice.id !== id);
+    this.requestUpdate();
   }
 
-  note(text: string, failure: boolean): void {
+  private notify(text: string, failure: boolean): void {
     const id = ++this.noticeCount;
     this.notices = [...this.notices.slice(-2), { id, text, failure }];
-    window.setTimeout(() => this.dismiss(id), NOTICE_MS);
-    this.changed();
+    window.setTimeout(() => this.dismissNotice(id), NOTICE_MS);
+    this.requestUpdate();
   }
 
   // What the server says
 
-  take(message: FromServer): void {
+  receive(message: ServerMessage): void {
     switch (message.type) {
       case "hello":
         this.version = message.version;
@@ -215,154 +235,128 @@ export class Store {
         this.newSession(message);
         break;
       case "history":
-        this.newHistory(message.frames, message.compare ?? []);
+        this.newHistory(message.frames, message.compare);
         break;
       case "frame":
         this.newFrame(message);
         break;
       case "alarms":
         this.alarms = message.alarms;
-        this.rank();
+        this.updateRanking();
         break;
       case "band":
-        this.banded = message;
+        this.lastBand = message;
         break;
       case "whatif":
-        this.asking = false;
+        this.awaitingWhatIf = false;
         this.whatIf = message;
         window.clearTimeout(this.whatIfTimer);
-        this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHATIF_MS);
+        this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHAT_IF_MS);
         break;
       case "failure":
-        this.asking = false;
-        this.note(message.message, true);
+        this.awaitingWhatIf = false;
+        this.notify(message.message, true);
         break;
       case "notice":
-        this.note(message.message, false);
+        this.notify(message.message, false);
         break;
       case "pong":
         return;
     }
-    this.changed();
+    this.requestUpdate();
   }
 
   private newSession(session: Session): void {
     const before = this.session;
-    const other = before && (before.source !== session.source || before.mode !== session.mode);
-    if (other) this.forget();
+    if (before && (before.source !== session.source || before.mode !== session.mode)) this.reset();
     if (!session.compare) this.compareFrames = [];
     this.session = session;
     this.sessionAt_ms = performance.now();
   }
 
-  private forget(): void {
-    this.dismissWhatIf();
-    this.frames = [];
-    this.compareFrames = [];
-    this.now = this.shown = null;
-    this.banded = null;
-    this.path = [];
-    this.frameAt_ms = null;
+  /** Forget the voyage shown so far. */
+  private reset(): void {
+    this.newHistory([], []);
     this.alarms = [];
     this.selected = null;
     this.hovered = null;
-    this.book.clear();
     this.rows = [];
   }
 
   private newHistory(frames: Frame[], compare: Frame[]): void {
     this.dismissWhatIf();
     const last = frames.at(-1);
-    this.frames = frames.slice(-MOST_FRAMES);
-    this.frames.slice(0, -1).forEach(lighten);
-    this.compareFrames = compare.slice(-MOST_FRAMES);
-    this.compareFrames.forEach(lighten);
+    this.frames = frames.slice(-MAX_FRAMES);
+    this.frames.slice(0, -1).forEach(dropSweeps);
+    this.compareFrames = compare.slice(-MAX_FRAMES);
+    this.compareFrames.forEach(dropSweeps);
     this.path = [];
-    this.banded = null;
-    this.now = last ? { frame: last } : null;
-    this.shown = null;
+    this.lastBand = null;
+    this.current = last ? { frame: last } : null;
+    this.deadReckoned = null;
     this.frameAt_ms = last ? performance.now() : null;
-    this.book.clear();
-    this.rank();
+    this.colours.clear();
+    this.updateRanking();
   }
 
-  private newFrame(instant: Instant): void {
-    const { frame, compare } = instant;
+  private newFrame(message: FrameNow): void {
     const before = this.frames.at(-1);
-    if (before) lighten(before);
-    this.frames = added(this.frames, frame);
-    if (compare) this.compareFrames = added(this.compareFrames, compare);
-    if (instant.path) this.path = instant.path;
-    this.now = instant;
-    this.shown = null;
+    if (before) dropSweeps(before);
+    this.frames = appendFrame(this.frames, message.frame);
+    if (message.compare) this.compareFrames = appendFrame(this.compareFrames, message.compare);
+    if (message.path) this.path = message.path;
+    this.current = message;
+    this.deadReckoned = null;
     this.frameAt_ms = performance.now();
-    this.rank();
+    this.updateRanking();
   }
 
-  private rank(): void {
-    const frame = this.frame;
+  private updateRanking(): void {
+    const { frame } = this;
     if (!frame) return;
     this.dangerScale = roundScale(largestDanger(this.frames));
-    this.rows = ranked(frame, this.alarms, this.dangerScale);
-    const ids = byNote(this.rows, (id) => this.book.place(id) !== null);
-    const chosen = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
-    this.book.update(chosen, new Set(frame.targets.map((t) => t.id)));
+    this.rows = rankTargets(frame, this.alarms, this.dangerScale);
+    const ids = idsByProminence(this.rows, (id) => this.colours.indexOf(id) !== null);
+    const wanted = this.selected ? [this.selected, ...ids.filter((i) => i !== this.selected)] : ids;
+    this.colours.update(wanted, new Set(ids));
   }
 
-  private linked(_state: LinkState): void {
+  private connectionChanged(): void {
     this.preparing = null;
-    this.asking = false;
-    this.changed();
+    this.awaitingWhatIf = false;
+    this.requestUpdate();
   }
 
-  /** Once a second: ages grow, and live traffic goes on until the next frame. */
+  /** Once a second: ages grow, and live traffic is dead-reckoned until the next frame. */
   private tick(): void {
-    const [frame, age_s] = [this.now?.frame, this.frameAge_s];
+    const [frame, age_s] = [this.current?.frame, this.frameAge_s];
     if (this.liveness.state === "live" && frame && age_s !== null) {
-      this.shown = carriedOn(frame, age_s);
-      this.rank();
+      this.deadReckoned = deadReckon(frame, age_s);
+      this.updateRanking();
     }
-    this.changed();
+    this.requestUpdate();
   }
 
-  // Who listens
+  // Who is told of changes
 
-  add(host: ReactiveControllerHost): void {
-    this.hosts.add(host);
+  subscribe(subscriber: Subscriber): void {
+    this.subscribers.add(subscriber);
   }
 
-  remove(host: ReactiveControllerHost): void {
-    this.hosts.delete(host);
+  unsubscribe(subscriber: Subscriber): void {
+    this.subscribers.delete(subscriber);
   }
 
-  /** Redraw all once, with the next picture of the screen. */
-  changed(): void {
+  /** Render all subscribers again, once for all changes of the present task. */
+  private requestUpdate(): void {
     if (this.scheduled) return;
     this.scheduled = true;
     queueMicrotask(() => {
       this.scheduled = false;
-      for (const host of this.hosts) host.requestUpdate();
+      for (const subscriber of this.subscribers) subscriber.requestUpdate();
     });
   }
 }
 
-/** Binds a component to the store: it is drawn anew whenever something changes. */
-export class Watch implements ReactiveController {
-  constructor(
-    private readonly host: ReactiveControllerHost,
-    private readonly store: Store,
-  ) {
-    host.addController(this);
-  }
-
-  hostConnected(): void {
-    this.store.add(this.host);
-  }
-
-  hostDisconnected(): void {
-    this.store.remove(this.host);
-  }
-}
-
-/** The one store of this page. */
+/** The store of this page. */
 export const store = new Store();

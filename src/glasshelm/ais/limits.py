@@ -71,7 +71,7 @@ def is_size_m(size_m: Numbers) -> Numbers:
 def epoch_seconds(instant: Numbers) -> Numbers:
     """Seconds since 1970 of a number that counts seconds, milli-, micro- or nanoseconds.
 
-    They are told apart by their size. NaN for what is no time between 1990 and 2100: a year,
+    Their size gives the unit. NaN for what is no time between 1990 and 2100: a year,
     a count from another epoch, a clock that was never set.
     """
     seconds = np.full(np.shape(instant), np.nan)

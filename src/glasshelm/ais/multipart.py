@@ -18,7 +18,7 @@ _Slot = tuple[object, ...]
 
 
 class Part(NamedTuple):
-    """One part, and what its line told of it."""
+    """One part, and what its line says about it."""
 
     sentence: AISSentence
     framed: Framed

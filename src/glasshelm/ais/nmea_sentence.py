@@ -40,7 +40,7 @@ class Group(NamedTuple):
 
 
 class Framed(NamedTuple):
-    """A sentence with a right checksum; when and by which station it was heard, if that is told.
+    """A sentence with a right checksum; when and by which station it was heard, if known.
 
     A station is named ``station:NAME``: it is a witness of the time, as ships are by their numbers.
     """

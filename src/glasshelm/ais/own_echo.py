@@ -53,13 +53,13 @@ def is_echo(vessel: Vessel) -> bool:
 
 
 class OwnNumbers:
-    """The numbers under which own ship tells of herself. Bounded; each may turn out wrong."""
+    """The numbers under which own ship reports itself. Bounded; each may turn out wrong."""
 
     def __init__(self) -> None:
         self._told: dict[str, tuple[int, float]] = {}
 
     def tell(self, number: str, time_s: float) -> None:
-        """Note that own ship was told under a number."""
+        """Note that own ship reported under a number."""
         times, last_s = self._told.get(number, (0, time_s))
         if not times and len(self._told) >= MOST_NUMBERS:
             del self._told[min(self._told, key=lambda one: self._told[one][0])]
@@ -73,7 +73,7 @@ class OwnNumbers:
 
     @property
     def mmsi(self) -> str | None:
-        """The MMSI that was told most often."""
+        """The most frequent MMSI."""
         found = [one for one in self._told if is_number(one)]
         return max(found, key=lambda one: self._told[one][0], default=None)
 

@@ -24,7 +24,7 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     has none any more. ``ended`` names the fields of her motion of which the source says
     that they are not available any more. ``own``: of own ship, from her AIVDO, her
     sensors or the Signal K server's self. ``formerly``: the id under which the same ship
-    was told before her MMSI was known.
+    was reported before its MMSI was known.
     """
 
     id: str

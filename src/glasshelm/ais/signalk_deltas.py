@@ -46,7 +46,7 @@ class DeltaReader:
     """Reads the messages of one server, each counted once.
 
     Own ship is the ``self`` of the server's hello, or the vessel with the MMSI ``own``.
-    One context is one ship, whatever its updates tell of her; an MMSI that is told of a
+    One context is one ship, whatever its updates say; an MMSI that is given for a
     context without one is her number from then on.
     """
 
@@ -127,9 +127,9 @@ class DeltaReader:
         )
 
     def _number(self, context: str, told: str | None) -> tuple[str, str | None]:
-        """Who a context is, and who she was taken for before her MMSI was told.
+        """Which ship a context is, and its id before its MMSI was known.
 
-        The context's own MMSI is hers, whatever else is told.
+        The context's own MMSI is the ship's, whatever else is said.
         """
         name = context.removeprefix(_VESSELS)
         digits = name.removeprefix(_MMSI)

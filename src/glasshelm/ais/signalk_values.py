@@ -1,7 +1,7 @@
 """What the values of a Signal K update say of a ship: paths, nested objects, and nulls.
 
 A null means that a value is not available any more. Of a rate of turn, a rudder or a
-heading, and of a route, that ends what was told before; a position, a speed, a course, a name
+heading, and of a route, that ends the earlier value; a position, a speed, a course, a name
 or a size goes on as it was, and grows old.
 """
 

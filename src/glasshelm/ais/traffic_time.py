@@ -123,12 +123,12 @@ class TrafficTime:
 
     @property
     def latest_s(self) -> float | None:
-        """The latest time that is believed [s since 1970]; None before any was told."""
+        """The latest time that is believed [s since 1970]; None before there is any."""
         return None if self._believed is None else self._believed.latest_s
 
     @property
     def now_s(self) -> float | None:
-        """The same, and the seconds that passed since it was told."""
+        """The same, plus the seconds since it arrived."""
         return None if self._believed is None else self._believed.now_s
 
     def tell(self, time_s: float, witness: str) -> bool:

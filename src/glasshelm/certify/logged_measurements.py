@@ -48,7 +48,7 @@ def scene_of(frames: Sequence[Frame]) -> RawPlots:
         frames, last - len(observation) + 1
     ):
         observation.append(frames[last - len(observation)])
-    shown = [t.id for t in observation[0].targets if t.fed and not t.lost]
+    shown = [t.id for t in observation[0].targets if t.selected and not t.lost]
     slots = next(slots for slots in SLOTS if slots >= len(shown))
     targets = np.zeros((slots, FRAMES, 6), np.float32)
     for slot, id in enumerate(shown):

@@ -22,30 +22,27 @@ def run(
     snapshot_s: float = 60.0,
     tensorboard: bool = True,
 ) -> None:
-    """Train a pilot and write it to OUT/best.safetensors and OUT/final.safetensors.
+    """Train a pilot and write OUT/best.safetensors and OUT/final.safetensors.
 
-    Ctrl-C stops at a whole step and saves; --resume goes on from there, bit for bit.
+    Ctrl-C stops after a whole step and saves; --resume continues bit for bit.
 
     Args:
         preset: paper, ddpg, fast, tiny or tiny-fast.
-        actor: How the ships are merged into one feature (Eq. 20-21 or Eq. 23).
-        critic: One TD error of the total (the paper), or one a sub-task.
+        actor: How the ships are merged into one feature (sum: Eq. 20-21, attention: Eq. 23).
+        critic: One TD error of the total (sum, as in the paper) or one for each sub-task (heads).
         ship: Own ship: paper or large_ship.
-        seed: Seed of everything random.
+        seed: Random seed.
         out: Folder for weights, logs and snapshots.
-        resume: Go on with the training in OUT, with the configuration it began with.
-        minutes: Stop cleanly after so many minutes.
-        overrides: Any other field of the configuration, as often as needed:
+        resume: Continue the training in OUT with its configuration.
+        minutes: Stop and save after so many minutes.
+        overrides: Any other field of the configuration; may be repeated:
             --set ddpg.batch=512 --set actor_sizes.lens=fine.
             start=FILE begins with the actor of a weights file, start=FILE,FILE,... with the
             mean of several that were trained from one beginning; with imitation.iterations=0
             the preset fast then learns critics for it and nothing else.
-        snapshot_s: Seconds between two snapshots to resume from.
-        tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
+        snapshot_s: Seconds between snapshots to resume from.
+        tensorboard: Also write TensorBoard logs if tensorboardX is installed.
     """
-    from glasshelm.core.compile_cache import enable_compile_cache
-
-    enable_compile_cache()
     import jax
 
     from glasshelm.core.errors import InputError

@@ -57,7 +57,7 @@ class Kind(enum.IntEnum):
 def kind_of(
     bearing_rad: Float[Array, "*n"], aspect_rad: Float[Array, "*n"], own_faster: Bool[Array, "*n"]
 ) -> Int[Array, "*n"]:
-    """The kind of two ships between whom there is risk.
+    """The encounter type of two ships at risk of collision.
 
     ``bearing_rad`` is the target's bearing from own ship's bow, ``aspect_rad``
     own ship's from the target's bow, both in [−π, π]. Where each is abaft the

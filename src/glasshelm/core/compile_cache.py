@@ -19,7 +19,7 @@ _log = logging.getLogger("glasshelm")
 def enable_compile_cache() -> None:
     """Keep them in the user's cache folder, unless another one is set.
 
-    The second start of a command is seconds faster. Where they cannot be kept, that is told
+    The second start of a command is seconds faster. If they cannot be kept, that is reported
     once, and they are compiled anew.
     """
     import jax

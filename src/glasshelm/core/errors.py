@@ -16,7 +16,7 @@ class InputError(ValueError):
 
 @contextlib.contextmanager
 def hide_paths(name: str, *paths: str | Path) -> Iterator[None]:
-    """What is wrong within is told of ``name``: who asked by that name is told no folder."""
+    """Errors within name ``name`` instead of the path, so that no folder is shown."""
     try:
         yield
     except InputError as error:

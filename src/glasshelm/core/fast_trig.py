@@ -1,7 +1,7 @@
 """Sine, cosine and direction as polynomials: a CPU computes them in vectors.
 
 XLA's own on a CPU are scalar calls (arctan2 50 ns, sine 12 ns, the float modulo
-7 ns an element on the machine of docs/results.md; these about 1 ns), and a
+7 ns an element on the machine of docs/results/speed.md; these about 1 ns), and a
 world is mostly angles. Least-squares fits at Chebyshev nodes, their error
 below a float32's own; derivatives are the exact ones, not the polynomials'.
 """

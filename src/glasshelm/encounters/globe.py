@@ -1,4 +1,4 @@
-"""Ships of a whole globe in space: no plane, no date line, no pole; who is near whom."""
+"""Ships of a whole globe in space: no plane, no date line, no pole; which are near each other."""
 
 import dataclasses
 from collections.abc import Iterator

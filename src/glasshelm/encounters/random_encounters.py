@@ -1,6 +1,6 @@
 """Random encounters (Eq. 8-9): straight runners that would meet own ship.
 
-``PAPER`` is the paper's distribution with the spawn rule of docs/paper.md;
+``PAPER`` is the paper's distribution with the spawn rule of docs/explanation/paper.md;
 ``WIDE`` contains it and adds starts that the paper's never shows (ships abeam
 or astern from 1.5 km, near waypoints, own ship off her course), so that a
 pilot trained on it has met what Imazu cases and real traffic look like;

@@ -83,7 +83,7 @@ def read_part(
     """The traffic around an own ship, from ``before_s`` before t = 0 on.
 
     Of several stretches of time with hours of silence between them it is the one that holds
-    ``at``, or that in which most ships are heard; the notes tell of the others.
+    ``at``, or that in which most ships are heard; the notes name the others.
 
     Args:
         path: The recording.

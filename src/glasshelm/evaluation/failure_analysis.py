@@ -1,7 +1,7 @@
 """Why did a pilot fail? Every failed voyage is sailed again with one thing changed.
 
 Without the other ships: does the pilot avoid the one that was met, when she is alone?
-Without one of the others: was there one who stood in the way? With another pilot taking
+Without one of the others: was there one that blocked the way? With another pilot taking
 over later and later: until when was there still a way out? And told everything
 beforehand: was there any way at all?
 """
@@ -59,7 +59,7 @@ class Failure:
     the voyage. ``alone``: it happens also if she is the only other ship; ``company``: how many
     of the others would each have to be away for the pilot to keep clear. ``way_out_until_s``: the
     last take-over that kept clear, None if none did. ``searched``: whether the seer was
-    asked, ``seer_clear``: whether he found a way.
+    asked, ``seer_clear``: whether it found a way.
     """
 
     case: int
@@ -113,8 +113,8 @@ def explain_failures(
 ) -> list[Failure]:
     """The failures of a pilot among cases, explained; voyages that do not fail are left out.
 
-    ``rescuer`` takes over in thought; ``seer`` is asked where that does not help, at most
-    ``searches`` times (the first such cases; None: always). ``progress`` is told of voyages.
+    ``rescuer`` takes over in simulation; ``seer`` is asked where that does not help, at most
+    ``searches`` times (the first such cases; None: always). ``progress`` receives the voyages done.
     """
 
     def fails(name: str, part: Case, steersman: Callable[[Case, slice], BatchPolicy]) -> np.ndarray:
@@ -197,7 +197,7 @@ def _batches(
 ) -> Iterator[tuple[slice, Case]]:
     """Where they lie among the cases, and ``CHUNK`` of them: the last filled up with its own.
 
-    ``progress`` is told when each is done with.
+    ``progress`` is called after each.
     """
     size = int(np.shape(cases.steps)[0])
     for first in range(0, size, CHUNK):
@@ -222,7 +222,7 @@ class _Ships(eqx.Module):
 
 @dataclasses.dataclass(frozen=True)
 class _Met:
-    """Where it happened, with whom, from when on, and how bad it was; one number a case."""
+    """Where it happened, with which ship, from when on, and how bad it was; one number a case."""
 
     case: np.ndarray
     slot: np.ndarray

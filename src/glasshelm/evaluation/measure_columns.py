@@ -21,7 +21,7 @@ Columns = dict[str, np.ndarray]
 class Sailed:
     """A suite sailed by one seed of an entrant: columns by name, in the suite's order.
 
-    ``meetings`` has one row a target with whom there was risk of collision;
+    ``meetings`` has one row a target with which there was risk of collision;
     its ``case`` is the row of the encounter.
     """
 
@@ -50,7 +50,7 @@ def gather(suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, F
 
 
 def _columns(suite: Suite, found: Mapping[str, np.ndarray]) -> Columns:
-    """The measures of docs/evaluation.md, by their names there."""
+    """The measures of docs/reference/suites.md, by their names there."""
     ship, encounter = suite.cases.ship, suite.cases.encounter
     loa = np.asarray(ship.loa_m)[:, None]
     ships = np.asarray(encounter.present).sum(-1)

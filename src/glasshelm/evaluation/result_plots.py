@@ -18,15 +18,15 @@ from glasshelm.figures.maps import HALO
 from glasshelm.figures.style import (
     INK,
     SOFT,
-    Look,
+    ShipStyle,
     legend_below,
-    line_look,
+    line_style,
     new_figure,
     save,
     styled,
 )
 from glasshelm.figures.trajectories import draw_absolute
-from glasshelm.frames.series import series
+from glasshelm.frames.series import to_series
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: Voyages in the figure of the worst.
@@ -57,8 +57,8 @@ def _worst_seed(seeds: Seeds) -> Sailed:
     return max(seeds, key=lambda s: (s.columns["collided"].sum(), s.columns["intruded"].sum()))
 
 
-def _looks(entrants: Sequence[Seeds]) -> list[Look]:
-    return [line_look(k, seeds[0].entrant.name) for k, seeds in enumerate(entrants)]
+def _looks(entrants: Sequence[Seeds]) -> list[ShipStyle]:
+    return [line_style(k, seeds[0].entrant.name) for k, seeds in enumerate(entrants)]
 
 
 @styled
@@ -151,7 +151,7 @@ def worst_voyages(one: Sailed) -> Figure:
     figure = new_figure(2.9 * columns, 3.1 * rows + 0.35)
     axes = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
     for ax, number, frames in zip(axes, which, replayed(one, which), strict=False):
-        draw_absolute(ax, series(frames), _title(one, int(number)))
+        draw_absolute(ax, to_series(frames), _title(one, int(number)))
         _small(ax)
     for ax in axes[len(which) :]:
         ax.set_visible(False)

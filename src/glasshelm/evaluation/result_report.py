@@ -45,8 +45,8 @@ def report(examined: Examined, against: Sequence[str]) -> str:
 
 def _methods() -> str:
     return (
-        "Definitions: docs/evaluation.md. In brackets 95 % intervals: Clopper-Pearson for rates "
-        "of one training seed, Nam-Blackwelder score for paired ratios, percentile bootstrap "
+        "Definitions: docs/reference/suites.md. In brackets 95 % intervals: Clopper-Pearson for "
+        "rates of one training seed, Nam-Blackwelder score for paired ratios, percentile bootstrap "
         "for returns (encounters within their number of ships) and for everything over several "
         "seeds (seeds as wholes; rates of fewer than five events a seed at least as wide as the "
         "exact interval of one). All pilots on one ship met the same encounters. Meetings are "

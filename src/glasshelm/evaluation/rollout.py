@@ -39,7 +39,7 @@ ALARM_S = 360.0
 
 
 class Measures(eqx.Module):
-    """What a voyage has come to. Definitions: docs/evaluation.md.
+    """What a voyage has come to. Definitions: docs/reference/suites.md.
 
     Of all ships, index 0: in the first 1200 s, 1: in the whole voyage: the
     worst ``margin`` (Eq. 13, unclipped) and the least centre distance ``range_m``.
@@ -93,7 +93,7 @@ Total = TypeVar("Total")
 
 
 def helm_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
-    """Who steers a batch of cases: a pilot by what he sees, a seer by all there is to know."""
+    """What steers a batch of cases: a pilot from observations, an oracle from the whole case."""
     if not isinstance(pilot, OraclePilot):
         return BatchedPilot(pilot)
     still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))

@@ -1,7 +1,7 @@
 """The zero of danger: what the collision head says of a ship that is no danger at all.
 
 A critic trained on the summed reward leaves the zero of Q_ca free by a
-constant (docs/paper.md); this reference lets a page draw "no danger" where the
+constant (docs/explanation/paper.md); this reference lets a page draw "no danger" where the
 head itself puts it.
 """
 

@@ -1,4 +1,4 @@
-"""What each ship contributes to a decision: Shapley values per ship (docs/explanations.md).
+"""Each ship's part in a decision: Shapley values (docs/explanation/explanations.md).
 
 The actor takes any set of ships, so a ship is left out by not being there: no
 baseline, no padding value stands in for her. Three games, three questions:

@@ -75,10 +75,10 @@ def examine(
     counts: Sequence[int] = COUNTS,
     say: Callable[[str, int, int], None] = lambda what, done, of: None,
 ) -> Examined:
-    """Examine every explanation of a pilot in scenes of her own voyages.
+    """Examine every explanation of a pilot in scenes of its own voyages.
 
     ``encounters`` voyages, at most ``most`` scenes of each number of ships;
-    ``say`` is told what is being done. InputError if no scene was found in
+    ``say`` receives the progress. InputError if no scene was found in
     which a ship matters.
     """
     groups = scenes_of(pilot, encounters, most, counts)

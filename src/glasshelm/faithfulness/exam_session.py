@@ -32,7 +32,7 @@ def examine_all(
 
     The scores of each seed are kept in ``out/chunks`` and are not computed again.
     """
-    text = ["# Exam of explanations", "", "Definitions: docs/explanations.md.", ""]
+    text = ["# Exam of explanations", "", "Definitions: docs/explanation/explanations.md.", ""]
     total, done = sum(len(seeds) for _, seeds in chosen), 0
     try:
         for name, seeds in chosen:

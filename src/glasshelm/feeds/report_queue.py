@@ -42,7 +42,7 @@ class ReportQueue:
         """Let a picture take what waits now, in the order in which it came.
 
         Of more than can be afforded: all of own ship, and half of the latest, half of the nearest
-        among the last that each ship told of herself before.
+        among the last reports of each ship before.
         """
         begun = time.monotonic()
         own = [self._own.popleft() for _ in range(len(self._own))]

@@ -10,8 +10,8 @@ from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 
 from glasshelm.figures import maps
-from glasshelm.figures.style import legend_below, looks, new_figure, one_hue, styled, two_hues
-from glasshelm.frames.series import Frames, Row, Series, ShipSeries, series, ships_of_note
+from glasshelm.figures.style import legend_below, new_figure, one_hue, ship_styles, styled, two_hues
+from glasshelm.frames.series import Frames, Series, ShipSeries, TimeSeries, ships_of_note, to_series
 
 DANGER = one_hue("danger", "#8f1d14")
 ATTENTION = one_hue("attention", "#0b3c78")
@@ -23,7 +23,7 @@ INTENTION = two_hues("intention", "#b35806", "#3f1d74")
 class Colouring:
     """A quantity of each ship, and the colours that tell it."""
 
-    of: Callable[[ShipSeries], Row]
+    of: Callable[[ShipSeries], TimeSeries]
     label: str
     cmap: Colormap
     norm: Normalize
@@ -36,12 +36,12 @@ def danger(frames: Frames) -> Figure | None:
     Danger is Q_far − Q_ca, how much lower the critic values a ship than one far
     off (negative: higher, drawn as none). None if the pilot has no critic.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("q") or not voyage.has("q_far"):
         return None
-    top = _top([s.judged_danger for s in voyage.ships])
+    top = _top([s.critic_danger for s in voyage.ships])
     colouring = Colouring(
-        lambda s: s.judged_danger,
+        lambda s: s.critic_danger,
         "danger by the critic, Q far off − Q [reward]",
         DANGER,
         Normalize(0, top),
@@ -59,7 +59,7 @@ def attention(frames: Frames) -> Figure | None:
 
     None if the pilot has no attention.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("attention"):
         return None
     colouring = Colouring(
@@ -77,7 +77,7 @@ def intention(frames: Frames, level: bool = False) -> Figure | None:
     them. ``level`` draws the preprint's Q_ca × attention instead. None if the
     pilot has no attention.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     field = "intention_level" if level else "intention"
     if not voyage.has(field):
         return None
@@ -97,13 +97,13 @@ def intention(frames: Frames, level: bool = False) -> Figure | None:
 
 
 @styled
-def moves(frames: Frames) -> Figure | None:
+def shapley_tracks(frames: Frames) -> Figure | None:
     """Tracks coloured by each ship's Shapley value of the rudder: how far she moves it, and where.
 
     Green where she moves it to starboard, brown to port. None if the frames have no
     Shapley values.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("shapley_rad"):
         return None
     top = _top([np.degrees(np.abs(s.shapley_rad)) for s in voyage.ships])
@@ -134,7 +134,7 @@ def _draw(ax: Axes, voyage: Series, colouring: Colouring, relative: bool) -> Non
         maps.frame_absolute(ax, voyage)
         ax.set_title("Tracks, own ship's minutes numbered")
     maps.draw_others(ax, voyage, relative)
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     for ship in ships_of_note(voyage):
         maps.draw_valued(
             ax, *maps.track(ship, relative), colouring.of(ship), at, by_id[ship.id].marker,
@@ -155,7 +155,7 @@ def _finish(
     legend_below(figure, [maps.own_handle(), *handles] if own else handles)
 
 
-def _top(rows: list[Row]) -> float:
+def _top(rows: list[TimeSeries]) -> float:
     """Where the scale ends: all but the most extreme hundredth lies below. Never zero."""
     values = np.concatenate(rows)
     values = values[np.isfinite(values) & (values > 0)]

@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterator
 
 from matplotlib.figure import Figure
 
-from glasshelm.figures.coloured_tracks import attention, danger, intention, moves
+from glasshelm.figures.coloured_tracks import attention, danger, intention, shapley_tracks
 from glasshelm.figures.intention_histories import histories
 from glasshelm.figures.motion import motion
 from glasshelm.figures.priorities import at_instants, over_time
 from glasshelm.figures.q_sweep import sweep
 from glasshelm.figures.shapley_over_time import reasons
 from glasshelm.figures.trajectories import absolute, relative
-from glasshelm.frames.series import Frames, Series, series
+from glasshelm.frames.series import Frames, Series, to_series
 
 _NO_SHIP = "there is no other ship"
 _NO_CRITIC = "this pilot has no critic, so its decisions carry no values or priorities"
@@ -33,7 +33,7 @@ class FigureSpec:
     missing: str = ""
 
 
-PLATES = (
+FIGURES = (
     FigureSpec(
         "07_tracks",
         "Tracks",
@@ -124,7 +124,7 @@ PLATES = (
         "Who moved the rudder, and where",
         "Tracks coloured by what each ship does to the rudder (Shapley value): green to "
         "starboard, brown to port.",
-        moves,
+        shapley_tracks,
         _NO_SHARES,
     ),
 )
@@ -136,13 +136,13 @@ def gallery(frames: Frames) -> Iterator[tuple[FigureSpec, Figure | None]]:
     A quantity of ships is missing for want of ships before it is for want of a
     critic: use :func:`reason` for the sentence.
     """
-    voyage = series(frames)
-    for plate in PLATES:
+    voyage = to_series(frames)
+    for plate in FIGURES:
         yield plate, plate.draw(voyage)
 
 
-def reason(plate: FigureSpec, voyage: Series) -> str:
+def why_missing(plate: FigureSpec, voyage: Series) -> str:
     """Why a plate was not drawn, in one line."""
-    about_ships = plate.draw in (danger, attention, intention, reasons, moves)
+    about_ships = plate.draw in (danger, attention, intention, reasons, shapley_tracks)
     why = _NO_SHIP if about_ships and not voyage.ships else plate.missing
     return f"{plate.title}: not drawn, {why}."

@@ -8,11 +8,11 @@ from glasshelm.figures import maps
 from glasshelm.figures.priorities import draw_by_ship, draw_priorities
 from glasshelm.figures.style import SOFT, legend_below, new_figure, styled, time_axis
 from glasshelm.figures.trajectories import draw_absolute, draw_relative
-from glasshelm.frames.series import Frames, Series, series
+from glasshelm.frames.series import Frames, Series, to_series
 
 #: field, title, label of the axis
 _ROWS = (
-    ("judged_danger", "Danger by the critic: Q far off − Q", "danger [reward]"),
+    ("critic_danger", "Danger by the critic: Q far off − Q", "danger [reward]"),
     ("attention", "Attention (Eq. 23)", "share of 1"),
     ("intention", "Intention: increment of Q × attention (Eq. 24)", "intention [reward]"),
 )
@@ -25,7 +25,7 @@ def histories(frames: Frames) -> Figure | None:
     A ship has the colour and marker that she has in the tracks on the left. Rows
     that the pilot cannot fill are left out; None if it has no critic.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("priority_waypoint"):
         return None
     rows = [row for row in _ROWS if voyage.has(row[0])]

@@ -13,9 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 from matplotlib.transforms import Affine2D
 
-from glasshelm.figures.style import FAINT, INK, SOFT, Look, looks, nice_minutes, nm
+from glasshelm.figures.style import FAINT, INK, SOFT, ShipStyle, nice_minutes, nm, ship_styles
 from glasshelm.frames.schema import Ship
-from glasshelm.frames.series import Row, Series, ShipSeries, ships_of_note
+from glasshelm.frames.series import Series, ShipSeries, TimeSeries, ships_of_note
 from glasshelm.ship.domain import AHEAD_LOA, ASTERN_LOA, PORT_LOA, STARBOARD_LOA
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
@@ -75,7 +75,7 @@ def draw_own(ax: Axes, voyage: Series, at: np.ndarray, labels: bool = True) -> N
         )
 
 
-def draw_track(ax: Axes, x: Row, y: Row, at: np.ndarray, look: Look) -> None:
+def draw_track(ax: Axes, x: TimeSeries, y: TimeSeries, at: np.ndarray, look: ShipStyle) -> None:
     """One target's track with filled markers."""
     ax.plot(x, y, color=look.colour, lw=1.4, zorder=3)
     draw_arrow(ax, x, y, look.colour)
@@ -86,7 +86,8 @@ def draw_track(ax: Axes, x: Row, y: Row, at: np.ndarray, look: Look) -> None:
 
 
 def draw_valued(
-    ax: Axes, x: Row, y: Row, value: Row, at: np.ndarray, marker: str, cmap: Colormap,
+    ax: Axes, x: TimeSeries, y: TimeSeries, value: TimeSeries, at: np.ndarray, marker: str,
+    cmap: Colormap,
     norm: Normalize,
 ) -> None:  # fmt: skip
     """One target's track coloured by a value along it; a hairline where the value is absent."""
@@ -103,7 +104,9 @@ def draw_valued(
     )  # fmt: skip
 
 
-def _pieces(x: Row, y: Row, value: Row, norm: Normalize) -> tuple[list[np.ndarray], np.ndarray]:
+def _pieces(
+    x: TimeSeries, y: TimeSeries, value: TimeSeries, norm: Normalize
+) -> tuple[list[np.ndarray], np.ndarray]:
     """A track cut where its colour changes by one of 64 steps: polylines and their values."""
     step = np.round(np.clip(np.asarray(norm(value), float), 0, 1) * 64)
     known = np.isfinite(x) & np.isfinite(y) & np.isfinite(value)
@@ -118,7 +121,7 @@ def _pieces(x: Row, y: Row, value: Row, norm: Normalize) -> tuple[list[np.ndarra
     return pieces, np.array(values)
 
 
-def draw_arrow(ax: Axes, x: Row, y: Row, colour: str) -> None:
+def draw_arrow(ax: Axes, x: TimeSeries, y: TimeSeries, colour: str) -> None:
     """An arrowhead where a track ends, the way the ship was going."""
     known = np.flatnonzero(np.isfinite(x))
     if len(known) < 2:
@@ -226,7 +229,7 @@ def own_handle() -> Line2D:
 def ship_handles(voyage: Series, coloured: bool = True) -> list[Line2D]:
     """The legend's entries for the targets; grey where colour means a value."""
     out = []
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     for look in by_id.values():
         face = look.colour if coloured else "white"
         edge = "white" if coloured else INK
@@ -241,7 +244,7 @@ def ship_handles(voyage: Series, coloured: bool = True) -> list[Line2D]:
     return out
 
 
-def track(ship: ShipSeries, relative: bool) -> tuple[Row, Row]:
+def track(ship: ShipSeries, relative: bool) -> tuple[TimeSeries, TimeSeries]:
     """A target's track in NM, in own ship's body frame or north-up."""
     if relative:
         return nm(ship.starboard_m), nm(ship.ahead_m)

@@ -10,13 +10,13 @@ from glasshelm.figures.style import (
     INK,
     SOFT,
     legend_below,
-    looks,
     new_figure,
     nm,
+    ship_styles,
     styled,
     time_axis,
 )
-from glasshelm.frames.series import Frames, Series, series, ships_of_note
+from glasshelm.frames.series import Frames, Series, ships_of_note, to_series
 
 
 @styled
@@ -25,7 +25,7 @@ def motion(frames: Frames) -> Figure:
 
     A range is drawn thick while the ship is inside own ship's domain (Eq. 13 > 0).
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     count = 3 if voyage.ships else 2
     figure = new_figure(7.2, 1.9 * count + 0.5)
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
@@ -42,7 +42,7 @@ def motion(frames: Frames) -> Figure:
 
 def _ranges(ax: Axes, voyage: Series) -> None:
     at, _ = maps.marks(voyage)
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     noted = ships_of_note(voyage)
     for ship in noted:
         look, values = by_id[ship.id], nm(ship.range_m)

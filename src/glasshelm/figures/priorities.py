@@ -14,13 +14,13 @@ from glasshelm.figures.style import (
     SUM_INK,
     WAYPOINT_INK,
     legend_below,
-    looks,
     new_figure,
+    ship_styles,
     styled,
     time_axis,
 )
 from glasshelm.figures.trajectories import draw_absolute
-from glasshelm.frames.series import Frames, Row, Series, series, ships_of_note
+from glasshelm.frames.series import Frames, Series, TimeSeries, ships_of_note, to_series
 
 
 @styled
@@ -30,7 +30,7 @@ def over_time(frames: Frames, times_s: Sequence[float] | None = None) -> Figure 
     The thin vertical lines are the instants of figure 11. None if the pilot has
     no critic.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("priority_waypoint"):
         return None
     figure = new_figure(9.0, 4.9)
@@ -55,7 +55,7 @@ def at_instants(frames: Frames, times_s: Sequence[float] | None = None) -> Figur
     Without ``times_s``: the instant of the largest collision priority, and that
     of the largest waypoint priority after it. None if the pilot has no critic.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("priority_waypoint"):
         return None
     chosen = choose(voyage, times_s)
@@ -99,7 +99,7 @@ def draw_priorities(ax: Axes, voyage: Series) -> None:
 
 def draw_by_ship(ax: Axes, voyage: Series, field: str, at: np.ndarray) -> None:
     """One quantity of every ship of note over time, in her colour and with her marker."""
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     for ship in ships_of_note(voyage):
         look, values = by_id[ship.id], getattr(ship, field)
         ax.plot(
@@ -108,8 +108,8 @@ def draw_by_ship(ax: Axes, voyage: Series, field: str, at: np.ndarray) -> None:
         )  # fmt: skip
 
 
-def _bars(ax: Axes, voyage: Series, k: int, span: Row) -> None:
-    by_id = looks(voyage)
+def _bars(ax: Axes, voyage: Series, k: int, span: TimeSeries) -> None:
+    by_id = ship_styles(voyage)
     here = [s for s in ships_of_note(voyage) if np.isfinite(s.priority[k])]
     rows = [
         ("waypoint", voyage.priority_waypoint[k], WAYPOINT_INK),
@@ -139,7 +139,7 @@ def signed(value: float) -> str:
     return "0.000" if float(text) == 0 else text.replace("-", "\u2212")
 
 
-def _span(voyage: Series, chosen: Sequence[int]) -> Row:
+def _span(voyage: Series, chosen: Sequence[int]) -> TimeSeries:
     """One scale for the bars of all instants, with room for their numbers."""
     rows = [voyage.priority_waypoint, voyage.priority_collision]
     rows += [s.priority for s in ships_of_note(voyage)]

@@ -14,11 +14,11 @@ from glasshelm.figures.style import (
     SUM_INK,
     WAYPOINT_INK,
     legend_below,
-    looks,
     new_figure,
+    ship_styles,
     styled,
 )
-from glasshelm.frames.series import Frames, Series, series
+from glasshelm.frames.series import Frames, Series, to_series
 
 
 @styled
@@ -27,7 +27,7 @@ def sweep(frames: Frames, times_s: Sequence[float] | None = None) -> Figure | No
 
     The vertical line is the decided rudder. None if the frames carry no sweep.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if all(f.sweep is None for f in voyage.frames):
         return None
     chosen = [k for k in choose(voyage, times_s) if voyage.frames[k].sweep is not None]
@@ -53,7 +53,7 @@ def _draw(ax: Axes, voyage: Series, k: int) -> None:
     ax.plot(rudder, from_zero(waypoint), color=WAYPOINT_INK, lw=1.3, ls=(0, (4, 1.5)),
             label="waypoint")  # fmt: skip
     ax.plot(rudder, from_zero(collision), color=SUM_INK, lw=2.6, alpha=0.35, label="all ships")
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     for target in frame.targets:
         if target.q_sweep is not None and target.id in by_id:
             look = by_id[target.id]

@@ -1,4 +1,4 @@
-"""What moved the rudder: Shapley values of the rudder, ship by ship (docs/explanations.md)."""
+"""What moved the rudder: Shapley values by ship (docs/explanation/explanations.md)."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,13 +11,13 @@ from glasshelm.figures.style import (
     INK,
     SOFT,
     legend_below,
-    looks,
     new_figure,
+    ship_styles,
     styled,
     time_axis,
 )
 from glasshelm.figures.trajectories import draw_absolute
-from glasshelm.frames.series import Frames, Row, Series, series, ships_of_note
+from glasshelm.frames.series import Frames, Series, TimeSeries, ships_of_note, to_series
 
 _WAYPOINT_FILL = "#9aa3ad"
 _REST_FILL = "#e4e7ea"
@@ -32,7 +32,7 @@ def reasons(frames: Frames) -> Figure | None:
     how much the rudder would change if one ship alone were left out. None if the
     frames have no Shapley values.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.has("shapley_rad"):
         return None
     figure = new_figure(9.4, 6.4)
@@ -43,7 +43,7 @@ def reasons(frames: Frames) -> Figure | None:
     draw_sum(axes[1], voyage)
     at, _ = maps.marks(voyage)
     axes[2].axhline(0, color=SOFT, lw=0.6)
-    draw_by_ship(axes[2], voyage, "left_out_deg", at)
+    draw_by_ship(axes[2], voyage, "leave_one_out_deg", at)
     axes[2].set_title("Rudder − rudder without this ship")
     axes[2].set_ylabel("[°], + to starboard")
     for ax in axes:
@@ -63,7 +63,7 @@ def draw_sum(ax: Axes, voyage: Series) -> None:
             )
             base += side
     ax.axhline(0, color=SOFT, lw=0.6)
-    whole = np.where(np.isfinite(voyage.alone_rad), voyage.rudder_rad, np.nan)
+    whole = np.where(np.isfinite(voyage.base_rad), voyage.rudder_rad, np.nan)
     ax.step(voyage.minutes, np.degrees(whole), where="post", color=INK, lw=1.2)
     ax.set_ylabel("[°], + to starboard")
     ax.set_title("What the rudder is made of (Shapley values; line: their sum)")
@@ -74,10 +74,10 @@ def draw_sum(ax: Axes, voyage: Series) -> None:
     ax.margins(y=0.15)
 
 
-def _parts(voyage: Series) -> list[tuple[Row, str]]:
+def _parts(voyage: Series) -> list[tuple[TimeSeries, str]]:
     """The parts of the rudder in degrees with their colours; they add up to it."""
-    by_id = looks(voyage)
-    alone = np.degrees(np.nan_to_num(voyage.alone_rad))
+    by_id = ship_styles(voyage)
+    alone = np.degrees(np.nan_to_num(voyage.base_rad))
     parts = [(alone, _WAYPOINT_FILL)]
     rest = np.zeros_like(alone)
     for ship in voyage.ships:

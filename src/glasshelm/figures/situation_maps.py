@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from glasshelm.core.errors import InputError
 from glasshelm.figures import maps
-from glasshelm.figures.style import INK, Look, looks
+from glasshelm.figures.style import INK, ShipStyle, ship_styles
 from glasshelm.frames.series import Series, ships_of_note
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
@@ -66,9 +66,9 @@ def draw_situation(ax: Axes, voyage: Series, k: int) -> None:
         voyage.east_m[past] / NAUTICAL_MILE_M, voyage.north_m[past] / NAUTICAL_MILE_M,
         color=INK, lw=1.0,
     )  # fmt: skip
-    own = Look(INK, "o", "own ship")
+    own = ShipStyle(INK, "o", "own ship")
     _vector(ax, east, north, voyage.heading_rad[k], voyage.speed_m_s[k], own)
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     xs, ys = [east - 1, east + 1], [north - 1, north + 1]
     for ship in ships_of_note(voyage):
         if not np.isfinite(ship.east_m[k]):
@@ -92,7 +92,9 @@ def draw_situation(ax: Axes, voyage: Series, k: int) -> None:
     ax.grid(True)
 
 
-def _vector(ax: Axes, x: float, y: float, course_rad: float, speed_m_s: float, look: Look) -> None:
+def _vector(
+    ax: Axes, x: float, y: float, course_rad: float, speed_m_s: float, look: ShipStyle
+) -> None:
     run = speed_m_s * VECTOR_S / NAUTICAL_MILE_M
     tip = (x + run * np.sin(course_rad), y + run * np.cos(course_rad))
     ax.annotate(

@@ -92,7 +92,7 @@ def styled(draw: Callable[P, Drawn]) -> Callable[P, Drawn]:
 
 
 @dataclasses.dataclass(frozen=True)
-class Look:
+class ShipStyle:
     """How one ship is drawn, the same in every figure of a voyage."""
 
     colour: str
@@ -107,20 +107,22 @@ class Look:
         )  # fmt: skip
 
 
-def line_look(number: int, name: str) -> Look:
-    """How the ``number``-th of several lines is drawn; thirty are told apart."""
-    return Look(
+def line_style(number: int, name: str) -> ShipStyle:
+    """How the ``number``-th of several lines is drawn; thirty look different."""
+    return ShipStyle(
         _COLOURS[number % len(_COLOURS)],
         _MARKERS[(number + number // len(_COLOURS)) % len(_MARKERS)],
         shorten(name),
     )
 
 
-def looks(voyage: Series) -> dict[str, Look]:
+def ship_styles(voyage: Series) -> dict[str, ShipStyle]:
     """Colour, marker and label of every ship of note, by her id."""
     ships = ships_of_note(voyage)
     return {
-        ship.id: Look(_COLOURS[k % len(_COLOURS)], _MARKERS[k % len(_MARKERS)], shorten(ship.name))
+        ship.id: ShipStyle(
+            _COLOURS[k % len(_COLOURS)], _MARKERS[k % len(_MARKERS)], shorten(ship.name)
+        )
         for k, ship in enumerate(ships)
     }
 

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from glasshelm.figures import maps
-from glasshelm.figures.style import INK, SOFT, legend_below, looks, new_figure, nm, styled
-from glasshelm.frames.series import Frames, Series, series, ships_of_note
+from glasshelm.figures.style import INK, SOFT, legend_below, new_figure, nm, ship_styles, styled
+from glasshelm.frames.series import Frames, Series, ships_of_note, to_series
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 
@@ -17,7 +17,7 @@ def absolute(frames: Frames) -> Figure:
     Own ship's markers are open and carry the minutes, the others' are filled.
     The closest approach is drawn as a line between the two ships.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     figure = new_figure(5.4, 5.6)
     ax = figure.add_subplot()
     draw_absolute(ax, voyage)
@@ -31,7 +31,7 @@ def relative(frames: Frames) -> Figure | None:
 
     None if there is no other ship.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     if not voyage.ships:
         return None
     figure = new_figure(5.4, 5.6)
@@ -45,7 +45,7 @@ def draw_absolute(ax: Axes, voyage: Series, title: str = "") -> None:
     """The north-up map of figure 7 on given axes."""
     at, step = maps.marks(voyage)
     maps.draw_others(ax, voyage, relative=False)
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     for ship in ships_of_note(voyage):
         maps.draw_track(ax, *maps.track(ship, False), at, by_id[ship.id])
     maps.draw_own(ax, voyage, at)
@@ -61,7 +61,7 @@ def draw_relative(ax: Axes, voyage: Series, title: str = "") -> None:
     maps.frame_relative(ax, voyage)
     maps.draw_domain(ax, voyage.frames[0].ship)
     maps.draw_others(ax, voyage, relative=True)
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     for ship in ships_of_note(voyage):
         maps.draw_track(ax, *maps.track(ship, True), at, by_id[ship.id])
     ax.set_title(title or f"Seen from own ship, a marker every {step:g} min")

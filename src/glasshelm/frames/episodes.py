@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from glasshelm.frames.series import Row, Series
+from glasshelm.frames.series import Series, TimeSeries
 
 #: A heading that swings by less is steady.
 TURN_RAD = math.radians(4)
@@ -40,7 +40,7 @@ class Episode:
     turn_rad: float = 0.0
 
 
-def turns(voyage: Series) -> list[Episode]:
+def turn_episodes(voyage: Series) -> list[Episode]:
     """Turns and the steady stretches between them, in order, by what the heading did."""
     swings = [
         part
@@ -52,7 +52,7 @@ def turns(voyage: Series) -> list[Episode]:
     return _fill(voyage, [e for e in found if abs(e.turn_rad) >= TURN_RAD])
 
 
-def advice(voyage: Series) -> list[Episode]:
+def advice_episodes(voyage: Series) -> list[Episode]:
     """Stretches of advised rudder to one side, and of none, in order."""
     rudder = np.nan_to_num(voyage.rudder_rad)
     state, states = 0.0, []
@@ -74,7 +74,7 @@ def advice(voyage: Series) -> list[Episode]:
     )
 
 
-def _joined(time_s: Row, runs: list[tuple[int, int, float]]) -> list[tuple[int, int, float]]:
+def _joined(time_s: TimeSeries, runs: list[tuple[int, int, float]]) -> list[tuple[int, int, float]]:
     """Runs to the same side with a short pause between them made one."""
     out: list[tuple[int, int, float]] = []
     for run in runs:
@@ -85,13 +85,13 @@ def _joined(time_s: Row, runs: list[tuple[int, int, float]]) -> list[tuple[int, 
     return out
 
 
-def _advised(rudder: Row, start: int, end: int, way: float) -> Episode:
+def _advised(rudder: TimeSeries, start: int, end: int, way: float) -> Episode:
     """The advice of a run: its rudder is the mean of those to its side."""
     angles = rudder[start : end + 1]
     return Episode(start, end, float(angles[angles * way > 0].mean()))
 
 
-def _swings(heading: Row, threshold: float) -> list[tuple[int, int]]:
+def _swings(heading: TimeSeries, threshold: float) -> list[tuple[int, int]]:
     """Pairs of frames between which the heading goes from one extreme to the next."""
     corners, low, high, rising = [0], 0, 0, 0
     for k in range(1, len(heading)):
@@ -128,7 +128,7 @@ def _without_rests(voyage: Series, start: int, end: int) -> list[tuple[int, int]
     return parts
 
 
-def _trim(heading: Row, start: int, end: int) -> tuple[int, int]:
+def _trim(heading: TimeSeries, start: int, end: int) -> tuple[int, int]:
     """The middle 90 % of a turn, so that slow tails do not stretch it."""
     edge = min(0.05 * abs(heading[end] - heading[start]), REST_RAD)
     left = np.flatnonzero(np.abs(heading[start : end + 1] - heading[start]) > edge)

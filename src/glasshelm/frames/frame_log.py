@@ -1,21 +1,17 @@
-"""The log: frames as JSON lines, appended one by one; their schema; their Parquet form.
+"""The log: frames as JSON lines, appended one by one; their Parquet form.
 
 A line is one frame as msgspec writes it (glasshelm.frames.schema). A log whose writer
 was killed may end in a torn line; reading leaves that line out.
-``python -m glasshelm.frames.frame_log docs/frame.schema.json`` writes the schema.
 """
 
 import contextlib
 import errno
-import inspect
 import itertools
-import json
 import os
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import msgspec
 
@@ -24,7 +20,7 @@ from glasshelm.core.output_dir import atomic_write
 from glasshelm.frames.schema import Frame
 
 #: Bytes of a frame's line at most; one of 200 ships has about 100,000.
-LONGEST = 32_000_000
+MAX_LINE_BYTES = 32_000_000
 
 
 class FrameLog:
@@ -40,12 +36,12 @@ class FrameLog:
         self.path = Path(path)
         self.frames = 0
         self._encoder = msgspec.json.Encoder()
-        with _told(self.path):
+        with _log_errors(self.path):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             # Unbuffered: what is told as written is with the system, nothing waits in between.
             self._file = open(self.path, "w+b" if fresh else "a+b", buffering=0)  # noqa: SIM115
         try:
-            with _told(self.path):
+            with _log_errors(self.path):
                 #: Where the last whole line ends, and whether anything lies behind it.
                 self._end, self._torn = self._whole_lines(), False
         except BaseException:
@@ -55,13 +51,13 @@ class FrameLog:
     def write(self, frame: Frame) -> bytes:
         """Append one frame; returns its line, without the end. InputError if it cannot be."""
         line = self._encoder.encode(frame)
-        self.add(line)
+        self.append_line(line)
         return line
 
-    def add(self, line: bytes) -> None:
+    def append_line(self, line: bytes) -> None:
         """Append the line of a frame, given without its end, whole or not at all."""
         rest = memoryview(line + b"\n")
-        with _told(self.path):
+        with _log_errors(self.path):
             if self._torn:
                 self._cut_back()
             self._torn = True
@@ -78,7 +74,7 @@ class FrameLog:
         self.frames += 1
 
     @property
-    def gone(self) -> bool:
+    def replaced(self) -> bool:
         """Whether the file was removed or replaced: what is written now, nobody finds."""
         try:
             return not os.path.samestat(os.stat(self.path), os.fstat(self._file.fileno()))
@@ -89,7 +85,7 @@ class FrameLog:
 
     def close(self) -> None:
         """InputError where only now the system says that something could not be written."""
-        with _told(self.path):
+        with _log_errors(self.path):
             self._file.close()
 
     def __enter__(self) -> "FrameLog":
@@ -125,7 +121,7 @@ class FrameLog:
 
 
 @contextlib.contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _log_errors(path: Path) -> Iterator[None]:
     """Why a log cannot be written, in one line."""
     try:
         yield
@@ -135,7 +131,7 @@ def _told(path: Path) -> Iterator[None]:
         raise InputError(f"{path}: cannot write the log ({error.strerror or error})") from None
 
 
-def write(path: str | Path, frames: Iterable[Frame]) -> int:
+def write_log(path: str | Path, frames: Iterable[Frame]) -> int:
     """Write a whole log, replacing the file; returns the number of frames."""
     with (
         atomic_write(path) as partial,
@@ -147,7 +143,7 @@ def write(path: str | Path, frames: Iterable[Frame]) -> int:
         return log.frames
 
 
-def read(path: str | Path) -> Iterator[Frame]:
+def read_log(path: str | Path) -> Iterator[Frame]:
     """The frames of a log, one by one.
 
     A last line without its end is left out if it cannot be read. InputError if
@@ -175,13 +171,13 @@ def lines(file: BinaryIO, name: str) -> Iterator[tuple[int, bytes]]:
     """
     for number in itertools.count(1):
         try:
-            line = file.readline(LONGEST + 1)
+            line = file.readline(MAX_LINE_BYTES + 1)
         except OSError as error:
             raise InputError(f"{name}: cannot read the log ({error.strerror})") from None
         if not line:
             return
-        if len(line) > LONGEST:
-            most = f"{LONGEST // 10**6} MB"
+        if len(line) > MAX_LINE_BYTES:
+            most = f"{MAX_LINE_BYTES // 10**6} MB"
             raise InputError(f"{name}: line {number} is longer than any frame ({most}): no log")
         if line.strip():
             yield number, line
@@ -191,24 +187,3 @@ def is_episode_start(frames: Sequence[Frame], k: int) -> bool:
     """Whether nothing was remembered before frame k: the one without a reward among others."""
     beside = frames[k + 1] if k + 1 < len(frames) else frames[k - 1]
     return frames[k].reward is None and beside.reward is not None
-
-
-def schema() -> str:
-    """The JSON schema of a frame, as text: the same for every version of Python."""
-    return json.dumps(_clean(msgspec.json.schema(Frame)), indent=2, ensure_ascii=False) + "\n"
-
-
-def _clean(part: Any) -> Any:
-    """A schema whose descriptions are free of the indentation of docstrings."""
-    if isinstance(part, dict):
-        return {
-            name: inspect.cleandoc(value)
-            if name == "description" and isinstance(value, str)
-            else _clean(value)
-            for name, value in part.items()
-        }
-    return [_clean(value) for value in part] if isinstance(part, list) else part
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(schema(), encoding="utf-8")

@@ -8,13 +8,13 @@ from glasshelm.frames.series import Series
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 
 #: Below this a value makes no difference.
-NOTHING = 0.0005
+NEGLIGIBLE = 0.0005
 #: A rudder below this [°] is called amidships: nobody at a wheel steers half a degree.
 #: The page has the same (``web/src/domain/units.ts``).
 AMIDSHIPS_DEG = 0.5
 
 
-def capital(text: str) -> str:
+def capitalised(text: str) -> str:
     """The text with its first letter large, to begin a sentence."""
     return text[:1].upper() + text[1:]
 
@@ -25,7 +25,7 @@ def miles(metres: float) -> str:
     return f"{nautical:.2f} NM" if nautical < 10 else f"{nautical:.1f} NM"
 
 
-def lasting(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """A duration: ``45 s``, ``2.5 min``, ``12 min``."""
     if seconds < 90:
         return f"{seconds:.0f} s"
@@ -39,17 +39,17 @@ def degrees(radians: float) -> str:
     return f"{size:.1f}°" if size < 2 else f"{size:.0f}°"
 
 
-def tenths(radians: float) -> str:
+def rudder_degrees(radians: float) -> str:
     """The size of a rudder, or of a part of one, as a page shows it: ``4.0°``."""
     return f"{abs(math.degrees(radians)):.1f}°"
 
 
-def helm(rudder_rad: float) -> str:
+def rudder_words(rudder_rad: float) -> str:
     """A rudder in words, to the tenth of a degree that a page shows beside it.
 
     ``rudder 3.4° to starboard``; small ones ``rudder amidships (0.2° to starboard)``.
     """
-    size = tenths(rudder_rad)
+    size = rudder_degrees(rudder_rad)
     degree = float(size.rstrip("°"))
     if degree == 0:
         return "rudder amidships"
@@ -67,7 +67,7 @@ def side(angle_rad: float) -> str:
     return "starboard" if angle_rad > 0 else "port"
 
 
-def where(bearing_rad: float) -> str:
+def relative_bearing(bearing_rad: float) -> str:
     """A relative bearing in words: ``ahead``, ``on the port bow``, ``on the starboard quarter``."""
     size = abs(math.degrees(bearing_rad))
     if size < 10:
@@ -78,13 +78,13 @@ def where(bearing_rad: float) -> str:
     return f"on the {side(bearing_rad)} {part}"
 
 
-def approach(dcpa_m: float, tcpa_s: float) -> str:
+def cpa_words(dcpa_m: float, tcpa_s: float) -> str:
     """A CPA in words: ``CPA 0.30 NM in 8 min``, or that there is none to come."""
     if tcpa_s >= CPA_HORIZON_S:
         return "no CPA within the hour"
     if tcpa_s <= 0:
         return "past her CPA"
-    return f"CPA {miles(dcpa_m)} in {lasting(tcpa_s)}"
+    return f"CPA {miles(dcpa_m)} in {duration(tcpa_s)}"
 
 
 def clock(voyage: Series, k: int) -> str:
@@ -97,6 +97,6 @@ def clock(voyage: Series, k: int) -> str:
     return f"{time:%H:%M:%S}" if voyage.minutes[-1] < 15 else f"{time:%H:%M}"
 
 
-def listed(names: list[str]) -> str:
+def joined(names: list[str]) -> str:
     """``a``, ``a and b``, ``a, b and c``."""
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]

@@ -60,16 +60,16 @@ class Waypoint(_Part, frozen=True):
 class Decision(_Part, frozen=True):
     """The rudder that the pilot commands, or (``applied`` false) would command. + = starboard.
 
-    ``alone_rad`` is what it would be with no other ship: with every target's
-    ``shapley_rad`` it adds up to ``rudder_rad``. ``overruled_rad`` is the rudder that the
-    pilot himself decided where an order or his guard has the helm; the shares of a rudder
+    ``base_rad`` is what it would be with no other ship: with every target's
+    ``shapley_rad`` it adds up to ``rudder_rad``. ``pilot_rudder_rad`` is the rudder that the
+    pilot itself decided where an order or its guard has the helm; the shares of a rudder
     are then absent.
     """
 
     rudder_rad: float
     applied: bool = True
-    alone_rad: float | None = None
-    overruled_rad: float | None = None
+    base_rad: float | None = None
+    pilot_rudder_rad: float | None = None
 
 
 class Guard(_Part, frozen=True):
@@ -89,7 +89,7 @@ class Guard(_Part, frozen=True):
         self._clean(printable, "target")
 
 
-class ByTask(_Part, frozen=True):
+class BySubTask(_Part, frozen=True):
     """One number a sub-task (Eq. 16-19, 22)."""
 
     waypoint: float
@@ -125,19 +125,19 @@ class Band(_Part, frozen=True):
 
 
 class Target(_Part, frozen=True):
-    """A target: where she is, how near she will come, what the pilot makes of her.
+    """A target: where it is, how near it will come, what the pilot makes of it.
 
     ``danger`` is Eq. 13, clipped. ``q`` is Q_ca of the decided rudder (lower =
     more dangerous), ``q_far`` the same head's value of a ship far off and
     opening: the zero of danger. ``priority`` is Eq. 22, ``attention`` Eq. 23,
     ``intention`` Eq. 24 with the increment (journal), ``intention_level`` with
-    the level (preprint). ``shapley_rad`` is her share of the rudder (+ = to starboard; with
-    ``shapley_error_rad``, the standard error where it was sampled), ``left_out_rad`` the rudder
-    less what it would be without her, ``shapley_value`` her share of Q,
-    ``shapley_pairs_rad`` how far she moves the rudder together with each target of the frame,
-    beyond each by herself (absent where none matters). ``fed`` is false for a target seen but
-    not shown to the pilot; ``age_s`` the time since she was last heard;
-    ``lost`` that this is too long ago: her position is the last dead-reckoned one.
+    the level (preprint). ``shapley_rad`` is its share of the rudder, + to starboard;
+    ``shapley_error_rad`` its standard error, if it was sampled. ``leave_one_out_rad`` is the rudder
+    less what it would be without this ship, ``shapley_value`` its share of Q.
+    ``shapley_pairs_rad`` is how far it moves the rudder together with each target of the frame,
+    beyond each alone (absent where none matters). ``selected`` is false for a target seen but
+    not shown to the pilot. ``age_s`` is the time since it was last heard;
+    ``lost`` says that this is too long ago: its position is the last dead-reckoned one.
     """
 
     id: str
@@ -160,11 +160,11 @@ class Target(_Part, frozen=True):
     intention_level: float | None = None
     shapley_rad: float | None = None
     shapley_error_rad: float | None = None
-    left_out_rad: float | None = None
+    leave_one_out_rad: float | None = None
     shapley_value: float | None = None
     shapley_pairs_rad: list[float] | None = None
     length_m: float | None = None
-    fed: bool = True
+    selected: bool = True
     lost: bool = False
     age_s: float | None = None
     latitude_deg: float | None = None
@@ -180,7 +180,7 @@ class Frame(_Part, frozen=True):
 
     ``reward`` is of the step that led here (absent in the first frame);
     ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
-    rudder 0 (Eq. 22). ``outside`` names what lies outside the training
+    rudder 0 (Eq. 22). ``outside_training`` names what lies outside the training
     distribution, in words. ``band`` is there where it was asked for, ``guard`` with
     a guarded pilot.
     """
@@ -195,17 +195,21 @@ class Frame(_Part, frozen=True):
     decision: Decision | None = None
     weights_sha256: str | None = None
     time_utc: str | None = None
-    reward: ByTask | None = None
-    value: ByTask | None = None
-    priority: ByTask | None = None
+    reward: BySubTask | None = None
+    value: BySubTask | None = None
+    priority: BySubTask | None = None
     sweep: Sweep | None = None
-    outside: list[str] | None = None
+    outside_training: list[str] | None = None
     band: Band | None = None
     guard: Guard | None = None
 
     def __post_init__(self) -> None:
         self._clean(printable, "pilot", "source", "weights_sha256", "time_utc")
-        if self.outside is not None and not all(map(str.isprintable, self.outside)):
-            msgspec.structs.force_setattr(self, "outside", [*map(printable, self.outside)])
+        if self.outside_training is not None and not all(
+            map(str.isprintable, self.outside_training)
+        ):
+            msgspec.structs.force_setattr(
+                self, "outside_training", [*map(printable, self.outside_training)]
+            )
         if self.time_utc is not None:
             datetime.fromisoformat(self.time_utc)  # to who reads JSON: not a frame

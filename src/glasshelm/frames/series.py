@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Float
 
 from glasshelm.core.errors import InputError
-from glasshelm.frames.schema import ByTask, Frame, Target
+from glasshelm.frames.schema import BySubTask, Frame, Target
 
-Row = Float[np.ndarray, " t"]
+TimeSeries = Float[np.ndarray, " t"]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -29,40 +29,40 @@ class ShipSeries:
 
     id: str
     name: str
-    east_m: Row
-    north_m: Row
-    course_rad: Row
-    speed_m_s: Row
-    range_m: Row
-    bearing_rad: Row
-    dcpa_m: Row
-    tcpa_s: Row
-    danger: Row
-    q: Row
-    q_far: Row
-    priority: Row
-    attention: Row
-    intention: Row
-    intention_level: Row
-    shapley_rad: Row
-    left_out_rad: Row
+    east_m: TimeSeries
+    north_m: TimeSeries
+    course_rad: TimeSeries
+    speed_m_s: TimeSeries
+    range_m: TimeSeries
+    bearing_rad: TimeSeries
+    dcpa_m: TimeSeries
+    tcpa_s: TimeSeries
+    danger: TimeSeries
+    q: TimeSeries
+    q_far: TimeSeries
+    priority: TimeSeries
+    attention: TimeSeries
+    intention: TimeSeries
+    intention_level: TimeSeries
+    shapley_rad: TimeSeries
+    leave_one_out_rad: TimeSeries
 
     @property
-    def starboard_m(self) -> Row:
+    def starboard_m(self) -> TimeSeries:
         return self.range_m * np.sin(self.bearing_rad)
 
     @property
-    def ahead_m(self) -> Row:
+    def ahead_m(self) -> TimeSeries:
         return self.range_m * np.cos(self.bearing_rad)
 
     @property
-    def judged_danger(self) -> Row:
+    def critic_danger(self) -> TimeSeries:
         """How much lower the critic values this ship than one far off: Q_far − Q_ca."""
         return self.q_far - self.q
 
     @property
-    def left_out_deg(self) -> Row:
-        return np.degrees(self.left_out_rad)
+    def leave_one_out_deg(self) -> TimeSeries:
+        return np.degrees(self.leave_one_out_rad)
 
     def has(self, field: str) -> bool:
         """Whether any frame gives this quantity for this ship."""
@@ -79,28 +79,28 @@ class Series:
     """A voyage over time: own ship, the decision, the values, and every target.
 
     ``heading_rad`` runs on through ±π; ``rudder_rad`` is the decided rudder, or
-    the ship's own where there is no decision, ``alone_rad`` what it would be with no
+    the ship's own where there is no decision, ``base_rad`` what it would be with no
     other ship; ``waypoint_bearing_rad`` is the bearing of the waypoint relative to the
     heading, in [−π, π).
     """
 
     frames: tuple[Frame, ...]
-    time_s: Row
-    east_m: Row
-    north_m: Row
-    heading_rad: Row
-    speed_m_s: Row
-    rudder_rad: Row
-    alone_rad: Row
-    waypoint_bearing_rad: Row
-    priority_waypoint: Row
-    priority_collision: Row
-    value_waypoint: Row
-    value_collision: Row
+    time_s: TimeSeries
+    east_m: TimeSeries
+    north_m: TimeSeries
+    heading_rad: TimeSeries
+    speed_m_s: TimeSeries
+    rudder_rad: TimeSeries
+    base_rad: TimeSeries
+    waypoint_bearing_rad: TimeSeries
+    priority_waypoint: TimeSeries
+    priority_collision: TimeSeries
+    value_waypoint: TimeSeries
+    value_collision: TimeSeries
     ships: tuple[ShipSeries, ...]
 
     @property
-    def minutes(self) -> Row:
+    def minutes(self) -> TimeSeries:
         return (self.time_s - self.time_s[0]) / 60.0
 
     @property
@@ -131,7 +131,7 @@ Frames = Sequence[Frame] | Series
 _SHIP_FIELDS = tuple(f.name for f in dataclasses.fields(ShipSeries) if f.name not in ("id", "name"))
 
 
-def series(frames: Frames) -> Series:
+def to_series(frames: Frames) -> Series:
     """Frames as arrays; a Series is returned as it is. InputError if there is no frame."""
     if isinstance(frames, Series):
         return frames
@@ -154,8 +154,8 @@ def series(frames: Frames) -> Series:
         rudder_rad=_row(
             f.own.rudder_rad if f.decision is None else f.decision.rudder_rad for f in frames
         ),
-        alone_rad=_row(
-            math.nan if f.decision is None or f.decision.alone_rad is None else f.decision.alone_rad
+        base_rad=_row(
+            math.nan if f.decision is None or f.decision.base_rad is None else f.decision.base_rad
             for f in frames
         ),
         waypoint_bearing_rad=np.mod(to_waypoint - heading + math.pi, 2 * math.pi) - math.pi,
@@ -170,7 +170,7 @@ def series(frames: Frames) -> Series:
 def _ships(frames: Sequence[Frame]) -> tuple[ShipSeries, ...]:
     """Every target that was seen at least once, in order of first sight."""
     names: dict[str, str] = {}
-    columns: dict[str, dict[str, Row]] = {}
+    columns: dict[str, dict[str, TimeSeries]] = {}
     for k, frame in enumerate(frames):
         for target in frame.targets:
             if target.lost:
@@ -182,7 +182,7 @@ def _ships(frames: Sequence[Frame]) -> tuple[ShipSeries, ...]:
     return tuple(ShipSeries(id=i, name=names[i], **rows) for i, rows in columns.items())
 
 
-def _empty(length: int) -> dict[str, Row]:
+def _empty(length: int) -> dict[str, TimeSeries]:
     return {field: np.full(length, np.nan) for field in _SHIP_FIELDS}
 
 
@@ -191,12 +191,12 @@ def _number(target: Target, field: str) -> float:
     return math.nan if value is None else value
 
 
-def _row(values) -> Row:
+def _row(values) -> TimeSeries:
     return np.array([math.nan if v is None else v for v in values], dtype=float)
 
 
-def _task(frames: Sequence[Frame], part: str, task: str) -> Row:
-    parts: list[ByTask | None] = [getattr(f, part) for f in frames]
+def _task(frames: Sequence[Frame], part: str, task: str) -> TimeSeries:
+    parts: list[BySubTask | None] = [getattr(f, part) for f in frames]
     return _row(None if p is None else getattr(p, task) for p in parts)
 
 

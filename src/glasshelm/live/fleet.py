@@ -34,7 +34,7 @@ class Fleet:
         return self._reach_m < math.inf
 
     def of(self, r: Report) -> Vessel | None:
-        """Whom a report is about. Of two ships with one number: the one on whose way it is."""
+        """The ship of a report. Of two ships with one number: the one on whose track it lies."""
         first, second = self.ships.get(r.id), self.ships.get(_second(r.id))
         if second is None:
             return first

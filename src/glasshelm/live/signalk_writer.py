@@ -1,6 +1,6 @@
 """Telling Signal K what the pilot would do: rudder target, closest approaches, notifications.
 
-Only for who asked for it and has a token: other instruments on board may act on what is written.
+Only on request and with a token: other instruments on board may act on what is written.
 """
 
 import asyncio
@@ -37,7 +37,7 @@ _log = logging.getLogger("glasshelm.bridge")
 
 @runtime_checkable
 class Alarm(Protocol):
-    """What is told of an alarm: the ship, the reason, whether somebody has acknowledged it."""
+    """What is written about an alarm: the ship, the reason, whether it is acknowledged."""
 
     @property
     def target(self) -> str: ...
@@ -52,8 +52,8 @@ class Alarm(Protocol):
 class SignalKWriter:
     """Writes to one server.
 
-    ``tell`` never waits: what is told last is written when ``run``, a task of its own, can write.
-    After ``fall_silent``, when nothing was told for ``STALE_S``, and when ``run`` ends, everything
+    ``tell`` never waits: the newest values are written when ``run``, a task of its own, can write.
+    After ``fall_silent``, when nothing new came for ``STALE_S``, and when ``run`` ends, everything
     written is withdrawn: no advice stays behind that nobody gives any more. What a connection
     that broke may have left on the server is withdrawn, or written anew, by the next one.
     """
@@ -79,7 +79,7 @@ class SignalKWriter:
     def tell(self, frame: Frame, alarms: Sequence[Alarm]) -> None:
         """Have a frame and the alarms of its instant written; replaces what is not written yet.
 
-        Where they cannot be told, everything is withdrawn, and the error raised.
+        Where they cannot be written, everything is withdrawn, and the error raised.
         """
         try:
             said = said_of(frame, alarms)
@@ -91,7 +91,7 @@ class SignalKWriter:
         self._say(said)
 
     def fall_silent(self) -> None:
-        """Have everything withdrawn: there is no picture of now to tell of."""
+        """Have everything withdrawn: there is no current picture."""
         self._unwritten = False
         self._say({})
 
@@ -103,7 +103,7 @@ class SignalKWriter:
         self._news.set()
 
     async def run(self) -> None:
-        """Write what is told until cancelled; connects again by itself, whatever has failed."""
+        """Write the newest values until cancelled; reconnects by itself after any failure."""
         self._task, backoff = asyncio.current_task(), Backoff()
         try:
             while True:
@@ -136,7 +136,7 @@ class SignalKWriter:
             await self._part(socket)
 
     async def _write_all(self, socket: ClientConnection, backoff: Backoff) -> None:
-        """Write what is told, and read what the server says, for as long as the connection holds.
+        """Write the newest values, and read what the server says, while the connection holds.
 
         What it says (its hello, refusals) must be read: unread, it would fill the line.
         """

@@ -23,7 +23,7 @@ ARRIVED_M = EnvSettings().arrival_m
 class WaypointTracker:
     """The waypoint that pilots are shown: the one told by the ship's route, or one ahead.
 
-    Kept on the globe. ``told`` says whether the present one was told.
+    Kept on the globe. ``told`` says whether a feed gave the present one.
     """
 
     def __init__(self) -> None:
@@ -34,7 +34,7 @@ class WaypointTracker:
         self.ended = False
 
     def tell(self, latitude_deg: float, longitude_deg: float, now_s: float) -> None:
-        """The route's next waypoint. It holds until another is told, or she is there, or off."""
+        """The route's next waypoint. It holds until another comes, own ship is there, or off it."""
         self._place, self.told = (latitude_deg, longitude_deg), True
         self._on_course_s, self.ended = now_s, False
 
@@ -48,7 +48,7 @@ class WaypointTracker:
     ) -> tuple[float, float]:
         """The waypoint (east and north [m]) of own ship at a place of the plane, on a course.
 
-        One that was told is shown on the same bearing at a distance that the pilots know.
+        One from a feed is shown on the same bearing at a distance that the pilots know.
         """
         if self._place is not None:
             east, north = (float(x[0]) for x in plane.to_plane(*_arrays(*self._place)))

@@ -20,7 +20,7 @@ from glasshelm.networks.ship_batch import Padded, ShipBatch
 
 @dataclasses.dataclass(frozen=True)
 class ActorSizes:
-    """Layer widths. The defaults are Tables A.3-A.5 and, for attention, docs/paper.md."""
+    """Layer widths. Defaults: Tables A.3-A.5; for attention, docs/explanation/paper.md."""
 
     encoder: tuple[int, ...] = (256, 256, 128)
     head: tuple[int, ...] = (256, 256, 128)

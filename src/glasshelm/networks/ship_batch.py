@@ -152,7 +152,7 @@ def _pair_rows(ships: _Packing, pairs: _Packing) -> tuple[Int[Array, " p"], Int[
 class Packed(eqx.Module):
     """The ships that are there, in order: shapes [rows, ...].
 
-    ``capacity`` rows are kept; worlds whose ships do not all fit are told by
+    ``capacity`` rows are kept; worlds whose ships do not all fit are marked by
     ``whole`` (they come last) and must be left out of a mean.
     """
 

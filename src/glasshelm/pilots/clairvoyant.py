@@ -53,7 +53,7 @@ class Clairvoyant(eqx.Module):
     """No pilot but a seer (``pilots/types.py``): the limit of what pilots can do.
 
     In no encounter is it worse than the best of ``pilots``, from whose voyages the search
-    begins. They were made for ``ship``; the true one is told with each encounter.
+    begins. They were made for ``ship``; the true one comes with each encounter.
     """
 
     ship: ShipParams = eqx.field(static=True)

@@ -26,7 +26,7 @@ from glasshelm.ship.nomoto import ShipParams
 
 @dataclasses.dataclass(frozen=True)
 class CpaSettings:
-    """Limits and steps. Defaults: docs/pilots.md says how they were tuned."""
+    """Limits and steps. Tuned: docs/explanation/classical-pilots.md."""
 
     #: Nearer is a risk: 1.2 NM (the domain reaches 1.17 NM ahead; a mile is usual at sea).
     dcpa_m: float = 2230.0

@@ -23,7 +23,7 @@ from glasshelm.ship.nomoto import ShipParams
 
 @dataclasses.dataclass(frozen=True)
 class FuzzySettings:
-    """Sets, rules and limits. Defaults: docs/pilots.md says how they were tuned."""
+    """Sets, rules and limits. Tuned: docs/explanation/classical-pilots.md."""
 
     #: Peaks of the triangular sets of DCPA/L: dangerous, dangerous medium, medium, safe.
     dcpa_loa: tuple[float, ...] = (0.0, 2.9, 5.8, 8.7)

@@ -1,7 +1,7 @@
-"""A learned pilot under guard: while his own way brings a ship into the domain, the planner steers.
+"""A learned pilot under guard: while its own way brings a ship into the domain, the planner steers.
 
 Run-time assurance after the Simplex architecture (Sha 2001). Every minute the pilot is sailed
-ahead in thought (:mod:`glasshelm.planning.lookahead`). While that way keeps clear of everybody he
+ahead (:mod:`glasshelm.planning.lookahead`). While that way keeps clear of every ship it
 steers; while it does not, own ship is steered on the course that the planner finds
 (:mod:`glasshelm.planning.course_planner`). Guard and planner see what the pilot sees, and take
 every target to keep straight on.
@@ -121,6 +121,6 @@ class GuardedPilot(eqx.Module):
 
 
 def learned_in(pilot: Pilot) -> LearnedPilot | None:
-    """The learned pilot whose reasons can be told: himself, or the one guarded; else None."""
+    """The learned pilot whose reasons can be given: itself, or the one guarded; else None."""
     inner = pilot.pilot if isinstance(pilot, GuardedPilot) else pilot
     return inner if isinstance(inner, LearnedPilot) else None

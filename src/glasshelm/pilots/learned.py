@@ -49,7 +49,7 @@ class LearnedPilot(eqx.Module):
         """The rudder for one observation, and why (Eq. 19, 22-24).
 
         Any number of ships: programs are compiled for 0, 1, 2, 4, 8, … slots.
-        InputError names the waypoint or the ship of whom something is seen that
+        InputError names the waypoint or the ship of which something is seen that
         is no possible number.
         """
         check_numbers(observation)

@@ -1,4 +1,4 @@
-"""The planner: no network, a model of own ship and many manoeuvres tried in thought.
+"""The planner: no network, a model of own ship and many simulated manoeuvres.
 
 It is the teacher of the learned pilots and the strongest of the pilots without
 weights (:mod:`glasshelm.planning.course_planner`). It sees only what they see; it

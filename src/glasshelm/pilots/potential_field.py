@@ -20,7 +20,7 @@ from glasshelm.ship.nomoto import ShipParams
 
 @dataclasses.dataclass(frozen=True)
 class PotentialSettings:
-    """The field. Defaults: docs/pilots.md says how they were tuned. The attraction ξ is 1."""
+    """The field. Tuned: docs/explanation/classical-pilots.md. The attraction ξ is 1."""
 
     #: Repulsion begins at so much from a disc (ρ₀).
     influence_m: float = 12_600.0

@@ -20,7 +20,7 @@ from glasshelm.ship.nomoto import SHIPS, ship_named
 
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
-#: Ways of choosing courses (docs/pilots.md), each a pilot for each preset ship.
+#: Methods (docs/explanation/classical-pilots.md), each a pilot for each preset ship.
 METHODS: dict[str, Method] = {
     "waypoint": WAYPOINT,
     "cpa": CPA,
@@ -66,7 +66,7 @@ def default_pilot(ship: str) -> str:
 def pilot_named(name: str | Path) -> Pilot:
     """Any pilot: a bundled name, one without weights, a .safetensors file, or package.module:f.
 
-    A learned one's name or file followed by ``-guarded`` is he under guard.
+    A learned one's name or file followed by ``-guarded`` is it under guard.
     InputError lists the names that there are; CheckpointError tells what is
     wrong with a weights file.
     """

@@ -29,7 +29,7 @@ from glasshelm.ship.nomoto import ShipParams
 
 @dataclasses.dataclass(frozen=True)
 class ScenarioSettings:
-    """The paper's symbols. Defaults: docs/pilots.md says how they were rescaled and tuned."""
+    """The paper's symbols. Tuned: docs/explanation/classical-pilots.md."""
 
     offsets_deg: tuple[float, ...] = (
         -90.0, -75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0,

@@ -23,7 +23,7 @@ from glasshelm.ship.nomoto import ShipParams
 
 @dataclasses.dataclass(frozen=True)
 class VelocitySettings:
-    """Discs, horizon, grid of courses. Defaults: docs/pilots.md says how they were tuned."""
+    """Discs, horizon, grid of courses. Tuned: docs/explanation/classical-pilots.md."""
 
     #: Radius of the disc around every ship.
     radius_m: float = 2200.0

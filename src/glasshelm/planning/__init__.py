@@ -1,1 +1,1 @@
-"""Choosing a manoeuvre by trying many in thought: no learning, a known model."""
+"""Choosing a manoeuvre by simulating many: no learning, a known model."""

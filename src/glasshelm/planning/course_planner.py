@@ -1,4 +1,4 @@
-"""Which course to steer now: many manoeuvres tried in thought, the best one taken.
+"""Which course to steer now: many manoeuvres simulated, the best one taken.
 
 Scenario-based model-predictive control in the manner of Johansen et al. (2016):
 a manoeuvre is a short list of course alterations off the way to the waypoint;

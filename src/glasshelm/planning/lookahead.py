@@ -1,4 +1,4 @@
-"""Where a pilot's own way leads while all keep straight on: he is sailed ahead in thought."""
+"""Where a pilot's own way leads while all keep straight on: a simulation ahead."""
 
 import dataclasses
 from collections.abc import Callable

@@ -1,13 +1,13 @@
 """What is certain about a rudder while the sensors err within declared bounds, in words.
 
-Bands are those of the frames (docs/explanations.md). Where a frame has none, nothing is said.
+Bands are those of the frames (docs/explanation/certified-band.md); without one, nothing is said.
 """
 
 import math
 
 import numpy as np
 
-from glasshelm.frames.phrases import helm, side
+from glasshelm.frames.phrases import rudder_words, side
 from glasshelm.frames.schema import Band, Frame
 from glasshelm.frames.series import Series
 from glasshelm.ship.nomoto import KNOT_M_S
@@ -16,18 +16,18 @@ from glasshelm.ship.nomoto import KNOT_M_S
 _AT_LIMIT = 1e-4
 
 
-def in_short(frame: Frame) -> str:
+def short_band_text(frame: Frame) -> str:
     """``certain: to starboard``, ``certain: amidships``, or that it is not; or nothing at all."""
     if frame.band is None or frame.decision is None:
         return ""
     rudder = frame.decision.rudder_rad
-    if helm(rudder).startswith("rudder amidships"):
-        sure = all(helm(end).startswith("rudder amidships") for end in _ends(frame.band))
+    if rudder_words(rudder).startswith("rudder amidships"):
+        sure = all(rudder_words(end).startswith("rudder amidships") for end in _ends(frame.band))
         return "certain: amidships" if sure else "amidships not certain"
     return f"certain: to {side(rudder)}" if frame.band.turn == side(rudder) else "side not certain"
 
 
-def in_full(frame: Frame) -> str:
+def full_band_text(frame: Frame) -> str:
     """Between which rudders, while which errors; empty without a band."""
     band, limit = frame.band, frame.ship.rudder_limit_rad
     if band is None:
@@ -37,7 +37,7 @@ def in_full(frame: Frame) -> str:
     return f"rudder {_between(*_outward(band))} {_within(band)}"
 
 
-def certain(voyage: Series, at: np.ndarray) -> str:
+def certainty_text(voyage: Series, at: np.ndarray) -> str:
     """That the side of the rudder is certain in all of these frames; else empty.
 
     Each must have a band, for the same errors, on the side of its rudder.

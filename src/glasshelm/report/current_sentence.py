@@ -15,29 +15,29 @@ from glasshelm.colregs.rule_text import Kinds
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.frames.episodes import RELEASE_RAD, TURN_RAD, Episode
 from glasshelm.frames.phrases import (
-    approach,
-    capital,
+    capitalised,
     course,
+    cpa_words,
     degrees,
-    helm,
-    lasting,
+    duration,
     miles,
+    relative_bearing,
+    rudder_words,
     side,
-    where,
 )
 from glasshelm.frames.schema import Frame
-from glasshelm.frames.series import Series, series
-from glasshelm.report.band_text import certain
-from glasshelm.report.guard_text import overruled
-from glasshelm.report.rudder_reasons import doubts, why
+from glasshelm.frames.series import Series, to_series
+from glasshelm.report.band_text import certainty_text
+from glasshelm.report.guard_text import override_text
+from glasshelm.report.rudder_reasons import disagreement_text, reason_text
 
 #: So many frames are looked back upon.
-FRAMES = 60
+LOOK_BACK_FRAMES = 60
 #: A predicted heading that stays within this of its last value has been reached.
 REACHED_RAD = math.radians(2)
 
 
-class Now(NamedTuple):
+class CurrentSentence(NamedTuple):
     """Three plain phrases without a full stop at their end; ``why`` and ``next`` may be empty."""
 
     what: str
@@ -45,12 +45,12 @@ class Now(NamedTuple):
     next: str
 
 
-def now(
+def current_sentence(
     frames: Sequence[Frame],
     ahead: Float[np.ndarray, "steps 3"] | None = None,
     step_s: float = 5.0,
     kinds: Kinds | None = None,
-) -> Now | None:
+) -> CurrentSentence | None:
     """The sentence of the last of these frames; None where nothing is decided.
 
     Its reasons and CPAs are of the last frame, as the numbers beside it on a page are: the shares
@@ -63,21 +63,21 @@ def now(
     frame = frames[-1]
     if frame.decision is None:
         return None
-    voyage = series([_short(f) for f in frames[-FRAMES:]])
+    voyage = to_series([_short(f) for f in frames[-LOOK_BACK_FRAMES:]])
     coming = "" if ahead is None else _coming(frame, ahead, step_s)
-    return Now(_what(voyage, frame), _why(voyage, frame, kinds), coming)
+    return CurrentSentence(_what(voyage, frame), _why(voyage, frame, kinds), coming)
 
 
 def _short(frame: Frame) -> Frame:
     """The frame with only the ships that the pilot was shown."""
-    return msgspec.structs.replace(frame, targets=[t for t in frame.targets if t.fed])
+    return msgspec.structs.replace(frame, targets=[t for t in frame.targets if t.selected])
 
 
 def _what(voyage: Series, frame: Frame) -> str:
     decision = frame.decision
     assert decision is not None
     rudder = decision.rudder_rad
-    order = helm(rudder)
+    order = rudder_words(rudder)
     if not decision.applied:
         # A ship that goes her own way is known by her course over ground.
         return f"Advice: {order}; course {course(frame.own.heading_rad)}"
@@ -85,23 +85,25 @@ def _what(voyage: Series, frame: Frame) -> str:
     turned = float(voyage.heading_rad[-1] - voyage.heading_rad[begin])
     if abs(rudder) < RELEASE_RAD or abs(turned) < TURN_RAD:
         return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}"
-    long = lasting(float(voyage.time_s[-1] - voyage.time_s[begin]))
+    long = duration(float(voyage.time_s[-1] - voyage.time_s[begin]))
     done = f"{degrees(turned)} to {side(turned)} in {long}"
     return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
 
 
 def _why(voyage: Series, frame: Frame, kinds: Kinds | None) -> str:
     last, rudder = len(voyage.rudder_rad) - 1, float(voyage.rudder_rad[-1])
-    another = overruled([frame])
+    another = override_text([frame])
     if another:
-        return capital(another)
+        return capitalised(another)
     if abs(rudder) < RELEASE_RAD:
         return _nearest(frame)
     present = Episode(last, last, rudder)
-    reasons = why(voyage, present).lstrip(":; ")
-    text = capital(reasons)
-    more = doubts(voyage, present, kinds=kinds).rstrip(".")
-    return ". ".join(part for part in (text, more, certain(voyage, np.array([last]))) if part)
+    reasons = reason_text(voyage, present).lstrip(":; ")
+    text = capitalised(reasons)
+    more = disagreement_text(voyage, present, kinds=kinds).rstrip(".")
+    return ". ".join(
+        part for part in (text, more, certainty_text(voyage, np.array([last]))) if part
+    )
 
 
 def _begun(voyage: Series) -> int:
@@ -120,15 +122,15 @@ def _nearest(frame: Frame) -> str:
     if not closing:
         return "No ship is closing"
     ship = min(closing, key=lambda t: t.dcpa_m)
-    return f"Nearest is {ship.name} ({approach(ship.dcpa_m, ship.tcpa_s)})"
+    return f"Nearest is {ship.name} ({cpa_words(ship.dcpa_m, ship.tcpa_s)})"
 
 
 def _coming(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -> str:
-    """Where the predicted track leads, and whom it passes nearest."""
+    """Where the predicted track leads, and which ship it passes nearest."""
     heading = np.unwrap(ahead[:, 2])
     parts = [_turns(heading, step_s), _passing(frame, ahead, step_s)]
     text = "; ".join(part for part in parts if part)
-    return capital(text)
+    return capitalised(text)
 
 
 def _turns(heading: Float[np.ndarray, " steps"], step_s: float) -> str:
@@ -136,19 +138,19 @@ def _turns(heading: Float[np.ndarray, " steps"], step_s: float) -> str:
     extreme = int(np.argmax(np.abs(heading - heading[0])))
     turn = float(heading[extreme] - heading[0])
     if abs(turn) < TURN_RAD:
-        return f"steady on {course(float(heading[-1]))} for {lasting(step_s * (len(heading) - 1))}"
+        return f"steady on {course(float(heading[-1]))} for {duration(step_s * (len(heading) - 1))}"
     reached = int(np.flatnonzero(np.abs(heading - heading[extreme]) <= REACHED_RAD)[0])
-    text = f"to {course(float(heading[extreme]))} in {lasting(step_s * reached)}"
+    text = f"to {course(float(heading[extreme]))} in {duration(step_s * reached)}"
     back = float(heading[-1] - heading[extreme])
     if abs(back) < TURN_RAD:
         return text
     home = np.flatnonzero(np.abs(heading - heading[-1]) <= REACHED_RAD)
     arrived = step_s * int(home[home > extreme][0])
-    return f"{text}, back to {course(float(heading[-1]))} in {lasting(arrived)}"
+    return f"{text}, back to {course(float(heading[-1]))} in {duration(arrived)}"
 
 
 def _passing(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -> str:
-    """Whom the predicted track passes nearest, if all targets keep straight on."""
+    """The ship that the predicted track passes nearest, if all targets keep straight on."""
     best: tuple[float, str] | None = None
     time = step_s * np.arange(len(ahead))
     for ship in frame.targets:
@@ -161,6 +163,8 @@ def _passing(frame: Frame, ahead: Float[np.ndarray, "steps 3"], step_s: float) -
         if 0 < k < len(away) - 1 and (best is None or away[k] < best[0]):
             bearing = math.atan2(east[k], north[k]) - float(ahead[k, 2])
             bearing = (bearing + math.pi) % (2 * math.pi) - math.pi
-            place = f"{miles(float(away[k]))} {where(bearing)} in {lasting(float(time[k]))}"
+            place = (
+                f"{miles(float(away[k]))} {relative_bearing(bearing)} in {duration(float(time[k]))}"
+            )
             best = float(away[k]), f"{ship.name} passes {place}"
     return "" if best is None else best[1]

@@ -2,40 +2,42 @@
 
 from collections.abc import Sequence
 
-from glasshelm.frames.phrases import helm, lasting
+from glasshelm.frames.phrases import duration, rudder_words
 from glasshelm.frames.schema import Frame
 
 
-def overruled(frames: Sequence[Frame]) -> str:
-    """Why another than the pilot decides in most of these frames; empty if he does himself.
+def override_text(frames: Sequence[Frame]) -> str:
+    """Why another than the pilot decides in most of these frames; empty if the pilot does.
 
-    Of a guard: whom the pilot's own way brings too near, in the first frame where it does.
+    Of a guard: the ship that the pilot's own way brings too near, in the first frame where it does.
     """
-    ruled = [f for f in frames if f.decision is not None and f.decision.overruled_rad is not None]
+    ruled = [
+        f for f in frames if f.decision is not None and f.decision.pilot_rudder_rad is not None
+    ]
     if 2 * len(ruled) <= len(frames):
         return ""
     guarded = [f for f in ruled if f.guard is not None and f.guard.steers]
     if not guarded:
         return f"ordered; the pilot himself decides: {_own(ruled[0])}"
     does = f"the guard {'steers' if _applied(guarded[0]) else 'advises'}"
-    told = [text for text in map(ahead, guarded) if text]
+    told = [text for text in map(guard_reason, guarded) if text]
     if not told:
         return f"{does} until it looks again: the pilot's own way keeps clear by now"
     return f"{does}: {told[0]}"
 
 
-def ahead(frame: Frame) -> str:
-    """Whom the pilot's own way brings too near, and his rudder of now; empty if nobody."""
+def guard_reason(frame: Frame) -> str:
+    """The ship that the pilot's own way brings too near, and its present rudder; empty if none."""
     guard = frame.guard
     if guard is None or guard.target is None or guard.within_s is None or guard.depth is None:
         return ""
     name = next((t.name for t in frame.targets if t.id == guard.target), guard.target)
-    soon = "at once" if guard.within_s < 1 else f"in {lasting(guard.within_s)}"
+    soon = "at once" if guard.within_s < 1 else f"in {duration(guard.within_s)}"
     where = "into the domain" if guard.depth > 0 else "to the edge of the domain"
     return f"the pilot's own way ({_own(frame)}) brings {name} {where} {soon}"
 
 
-def decider(frames: Sequence[Frame]) -> str:
+def who_decides(frames: Sequence[Frame]) -> str:
     """Whose decision most of these frames tell: the pilot's or the guard's."""
     guarded = sum(f.guard is not None and f.guard.steers for f in frames)
     return "the guard" if 2 * guarded > len(frames) else "the pilot"
@@ -46,9 +48,9 @@ def _applied(frame: Frame) -> bool:
 
 
 def _own(frame: Frame) -> str:
-    """The rudder that the pilot himself decides."""
+    """The rudder that the pilot itself decides."""
     decision = frame.decision
     if decision is None:
         return "no rudder"
-    own = decision.overruled_rad
-    return helm(decision.rudder_rad if own is None else own)
+    own = decision.pilot_rudder_rad
+    return rudder_words(decision.rudder_rad if own is None else own)

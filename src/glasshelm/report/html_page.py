@@ -7,12 +7,12 @@ from importlib.resources import files
 
 from glasshelm import __version__
 from glasshelm.figures.gallery import FigureSpec
-from glasshelm.figures.style import looks
-from glasshelm.frames.phrases import degrees, lasting
+from glasshelm.figures.style import ship_styles
+from glasshelm.frames.phrases import degrees, duration
 from glasshelm.frames.series import Series
 from glasshelm.report.narrative import Sentence
 from glasshelm.report.passages import passages, verdict
-from glasshelm.report.ship_table import table
+from glasshelm.report.ship_table import ship_table
 from glasshelm.ship.nomoto import KNOT_M_S
 
 #: A figure wider than this [inches] takes a row of its own, and scrolls on a phone.
@@ -21,7 +21,7 @@ _WIDE_IN = 6.0
 MOST_ROWS = 12
 
 
-def page(
+def html_page(
     voyage: Series,
     title: str,
     sentences: Sequence[Sentence],
@@ -108,7 +108,7 @@ def _figure(plate: FigureSpec, svg: bytes, width_in: float, alt: str) -> str:
 
 
 def _alt(plate: FigureSpec, voyage: Series) -> str:
-    ships = ", ".join(look.label for look in looks(voyage).values())
+    ships = ", ".join(look.label for look in ship_styles(voyage).values())
     return f"{plate.caption} Ships: {ships or 'none'}."
 
 
@@ -126,7 +126,7 @@ def _facts(voyage: Series) -> str:
         ("Steering", f"K {ship.K_1_s:g} 1/s, T {ship.T_s:g} s (Nomoto)"),
         ("Rudder", f"up to {degrees(ship.rudder_limit_rad)}, {rate}"),
         ("Begins", f"{start:%Y-%m-%d %H:%M:%S} UTC" if start else "at minute 0"),
-        ("Lasts", f"{lasting(span)}, {len(voyage.frames)} frames"),
+        ("Lasts", f"{duration(span)}, {len(voyage.frames)} frames"),
         ("Other ships", str(len(voyage.ships))),
     ]
     cells = "".join(f"<dt>{_text(k)}</dt><dd>{_text(v)}</dd>" for k, v in rows)
@@ -145,9 +145,9 @@ def _ships(voyage: Series) -> str:
     everyone = passages(voyage)
     if not everyone:
         return ""
-    by_id = looks(voyage)
+    by_id = ship_styles(voyage)
     found = [p for i, p in enumerate(everyone) if i < MOST_ROWS or p.ship.id in by_id]
-    columns, rows = table(voyage, found)
+    columns, rows = ship_table(voyage, found)
     left = len(everyone) - len(found)
     more = f'<p class="soft">{left} more ships, farther off, are in the frames.</p>' if left else ""
     head = "".join(f'<th scope="col"{_side(c.number)}>{_text(c.heading)}</th>' for c in columns)

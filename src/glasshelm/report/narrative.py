@@ -5,23 +5,23 @@ import math
 
 import numpy as np
 
-from glasshelm.frames.episodes import TURN_RAD, Episode, advice, turns
+from glasshelm.frames.episodes import TURN_RAD, Episode, advice_episodes, turn_episodes
 from glasshelm.frames.phrases import (
-    capital,
+    capitalised,
     clock,
     course,
     degrees,
-    lasting,
+    duration,
     miles,
+    relative_bearing,
+    rudder_degrees,
     side,
-    tenths,
-    where,
 )
-from glasshelm.frames.series import Frames, Series, series
-from glasshelm.report.band_text import certain
-from glasshelm.report.guard_text import decider
-from glasshelm.report.passages import Outside, Passage, describe, outside, passages
-from glasshelm.report.rudder_reasons import acting, doubts, why
+from glasshelm.frames.series import Frames, Series, to_series
+from glasshelm.report.band_text import certainty_text
+from glasshelm.report.guard_text import who_decides
+from glasshelm.report.passages import OutsideTraining, Passage, describe, outside_training, passages
+from glasshelm.report.rudder_reasons import disagreement_text, frames_with_rudder, reason_text
 
 #: A ship that leaves the domain for no longer than this is told as staying.
 REENTRY_S = 60.0
@@ -46,24 +46,24 @@ class Sentence:
         return f"{self.when} — {self.text}"
 
 
-def story(frames: Frames) -> list[Sentence]:
+def narrate(frames: Frames) -> list[Sentence]:
     """The sentences of a voyage in order of time; each says only what the frames say.
 
     ``kind`` is one of turn, steady, passing, domain, outside, end.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     told: list[tuple[int, str, str]] = []
-    cut, tell = (turns, _of_turn) if voyage.applied else (advice, _of_advice)
+    cut, tell = (turn_episodes, _of_turn) if voyage.applied else (advice_episodes, _of_advice)
     told += [tell(voyage, e) for e in cut(voyage) if e.turn_rad or _long(voyage, e) >= STEADY_S]
     found = passages(voyage)
     told += [_of_passing(voyage, p) for p in found[:MOST_PASSAGES] if _worth_telling(p)]
     for passage in found:
         told += _of_domain(voyage, passage)
-    told += _of_outside(outside(voyage))
+    told += _of_outside(outside_training(voyage))
     told.append((len(voyage.time_s) - 1, "end", _ending(voyage)))
     order = {"outside": 0, "domain": 1, "turn": 2, "steady": 3, "passing": 4, "end": 5}
     told.sort(key=lambda item: (item[0], order[item[1]]))
-    return [Sentence(k, clock(voyage, k), kind, capital(text)) for k, kind, text in told]
+    return [Sentence(k, clock(voyage, k), kind, capitalised(text)) for k, kind, text in told]
 
 
 def _of_turn(voyage: Series, episode: Episode) -> tuple[int, str, str]:
@@ -72,32 +72,32 @@ def _of_turn(voyage: Series, episode: Episode) -> tuple[int, str, str]:
     if episode.turn_rad == 0:
         off = float(voyage.waypoint_bearing_rad[episode.start])
         aside = "" if abs(off) < TURN_RAD else f", {degrees(off)} {_off(off)} of the waypoint"
-        return episode.start, "steady", f"steady on {heading} for {lasting(long)}{aside}."
+        return episode.start, "steady", f"steady on {heading} for {duration(long)}{aside}."
     what = f"altering {degrees(episode.turn_rad)} to {side(episode.turn_rad)}"
     if _returns(voyage, episode):
         what = f"returning to course, {degrees(episode.turn_rad)} to {side(episode.turn_rad)}"
-    text = f"{what} to {heading} within {lasting(long)}{why(voyage, episode)}."
+    text = f"{what} to {heading} within {duration(long)}{reason_text(voyage, episode)}."
     return episode.start, "turn", _with(text, _judged(voyage, episode))
 
 
 def _of_advice(voyage: Series, episode: Episode) -> tuple[int, str, str]:
-    long = lasting(_long(voyage, episode))
+    long = duration(_long(voyage, episode))
     kept = _kept(voyage, episode)
-    who = decider([voyage.frames[k] for k in acting(voyage, episode)])
+    who = who_decides([voyage.frames[k] for k in frames_with_rudder(voyage, episode)])
     if episode.turn_rad == 0:
         text = f"{who} would have left the rudder amidships, or nearly so, for {long}. {kept}"
         return episode.start, "steady", text
     text = (
-        f"{who} would have put the rudder {tenths(episode.turn_rad)} to "
-        f"{side(episode.turn_rad)} for {long}{why(voyage, episode)}."
+        f"{who} would have put the rudder {rudder_degrees(episode.turn_rad)} to "
+        f"{side(episode.turn_rad)} for {long}{reason_text(voyage, episode)}."
     )
     return episode.start, "turn", f"{_with(text, _judged(voyage, episode))} {kept}"
 
 
 def _judged(voyage: Series, episode: Episode) -> str:
     """Who says otherwise, and whether the side is certain."""
-    sure = certain(voyage, acting(voyage, episode))
-    return _with(doubts(voyage, episode), f"{sure}." if sure else "")
+    sure = certainty_text(voyage, frames_with_rudder(voyage, episode))
+    return _with(disagreement_text(voyage, episode), f"{sure}." if sure else "")
 
 
 def _long(voyage: Series, episode: Episode) -> float:
@@ -127,7 +127,7 @@ def _off(bearing_rad: float) -> str:
 
 
 def _worth_telling(passage: Passage) -> bool:
-    return passage.interior and passage.closest_m < NEAR_M
+    return passage.is_minimum and passage.closest_m < NEAR_M
 
 
 def _of_passing(voyage: Series, passage: Passage) -> tuple[int, str, str]:
@@ -149,16 +149,16 @@ def _of_domain(voyage: Series, passage: Passage) -> list[tuple[int, str, str]]:
         k, end = int(stay[0]), int(stay[-1])
         long = float(voyage.time_s[min(end + 1, len(voyage.time_s) - 1)] - voyage.time_s[k])
         gone = end < len(voyage.time_s) - 1
-        until = f"for {lasting(long)}" if gone else "and is there at the end"
+        until = f"for {duration(long)}" if gone else "and is there at the end"
         begins = "is inside the domain from the beginning" if k == 0 else "enters the domain"
-        place = f"{miles(float(ship.range_m[k]))} {where(float(ship.bearing_rad[k]))}"
+        place = f"{miles(float(ship.range_m[k]))} {relative_bearing(float(ship.bearing_rad[k]))}"
         deepest = float(np.nanmax(ship.danger[stay]))
         text = f"{ship.name} {begins} ({place}) {until}; danger up to {deepest:.2f} of 1."
         told.append((k, "domain", text))
     return told
 
 
-def _of_outside(found: list[Outside]) -> list[tuple[int, str, str]]:
+def _of_outside(found: list[OutsideTraining]) -> list[tuple[int, str, str]]:
     """One sentence for all that begins in the same frame."""
     told = []
     for k in sorted({one.first for one in found}):

@@ -5,8 +5,8 @@ import re
 
 import numpy as np
 
-from glasshelm.frames.phrases import clock, lasting, miles, where
-from glasshelm.frames.series import Frames, Series, ShipSeries, series
+from glasshelm.frames.phrases import clock, duration, miles, relative_bearing
+from glasshelm.frames.series import Frames, Series, ShipSeries, to_series
 
 #: A ship passes if she was farther off by this much before, and after.
 PASSING_M = 100.0
@@ -27,10 +27,10 @@ class Passage:
     first: int
     closest: int
     closest_m: float
-    interior: bool
+    is_minimum: bool
     inside_s: float
-    deepest: float
-    wanted: int | None
+    max_danger: float
+    largest_priority: int | None
 
     @property
     def name(self) -> str:
@@ -39,7 +39,7 @@ class Passage:
 
 def passages(frames: Frames) -> list[Passage]:
     """Every target's passage, the nearest first."""
-    voyage = series(frames)
+    voyage = to_series(frames)
     return sorted((_passage(voyage, s) for s in voyage.ships), key=lambda p: p.closest_m)
 
 
@@ -52,10 +52,10 @@ def _passage(voyage: Series, ship: ShipSeries) -> Passage:
         first=int(seen[0]),
         closest=closest,
         closest_m=float(ship.range_m[closest]),
-        interior=_rises(ship.range_m[: closest + 1]) and _rises(ship.range_m[closest:]),
+        is_minimum=_rises(ship.range_m[: closest + 1]) and _rises(ship.range_m[closest:]),
         inside_s=float((_durations(voyage) * inside).sum()),
-        deepest=float(np.nanmax(ship.danger)),
-        wanted=int(np.nanargmax(ship.priority)) if ship.has("priority") else None,
+        max_danger=float(np.nanmax(ship.danger)),
+        largest_priority=int(np.nanargmax(ship.priority)) if ship.has("priority") else None,
     )
 
 
@@ -74,7 +74,7 @@ def _durations(voyage: Series) -> np.ndarray:
 
 def verdict(frames: Frames) -> str:
     """The voyage in one line: how near the nearest came, and whether the domain was entered."""
-    voyage = series(frames)
+    voyage = to_series(frames)
     found = passages(voyage)
     if not found:
         return "No other ship was there."
@@ -87,22 +87,22 @@ def verdict(frames: Frames) -> str:
     entered = [p for p in found if p.inside_s > 0]
     if not entered:
         return f"No ship came nearer than {miles(near.closest_m)} ({at}); none entered the domain."
-    deepest = max(entered, key=lambda p: p.deepest)
+    deepest = max(entered, key=lambda p: p.max_danger)
     ships = "one ship" if len(entered) == 1 else f"{len(entered)} ships"
     return (
-        f"The domain was entered by {ships}: {deepest.name} for {lasting(deepest.inside_s)}, "
-        f"danger up to {deepest.deepest:.2f} of 1. Nearest: {miles(near.closest_m)} ({at})."
+        f"The domain was entered by {ships}: {deepest.name} for {duration(deepest.inside_s)}, "
+        f"danger up to {deepest.max_danger:.2f} of 1. Nearest: {miles(near.closest_m)} ({at})."
     )
 
 
 def describe(passage: Passage) -> str:
     """Range and side of the closest approach: ``0.80 NM on the port beam``."""
     bearing = float(passage.ship.bearing_rad[passage.closest])
-    return f"{miles(passage.closest_m)} {where(bearing)}"
+    return f"{miles(passage.closest_m)} {relative_bearing(bearing)}"
 
 
 @dataclasses.dataclass(frozen=True)
-class Outside:
+class OutsideTraining:
     """One kind of thing outside the training distribution: its words when first said, and since.
 
     Words that differ only in their numbers are of one kind. ``first`` is the
@@ -114,15 +114,17 @@ class Outside:
     share: float
 
 
-def outside(frames: Frames) -> list[Outside]:
+def outside_training(frames: Frames) -> list[OutsideTraining]:
     """What lay outside the training distribution, as the frames say, in order of appearance."""
-    voyage = series(frames)
+    voyage = to_series(frames)
     first: dict[str, tuple[str, int]] = {}
     count: dict[str, int] = {}
     for k, frame in enumerate(voyage.frames):
-        kinds = {re.sub(r"\d+(\.\d+)?", "#", words): words for words in frame.outside or ()}
+        kinds = {
+            re.sub(r"\d+(\.\d+)?", "#", words): words for words in frame.outside_training or ()
+        }
         for kind, words in kinds.items():
             first.setdefault(kind, (words, k))
             count[kind] = count.get(kind, 0) + 1
     total = len(voyage.frames)
-    return [Outside(words, k, count[kind] / total) for kind, (words, k) in first.items()]
+    return [OutsideTraining(words, k, count[kind] / total) for kind, (words, k) in first.items()]

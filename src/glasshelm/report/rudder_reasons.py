@@ -2,7 +2,7 @@
 
 The reason of a rudder is its Shapley values: what it would be with no other ship,
 and what each ship adds; together they are the rudder itself. The examination of
-explanations (docs/explanations.md) found them, and attention, to tell of the
+explanations (docs/explanation/explanations.md) found them, and attention, to describe the
 pilot; danger and priority it did not, so they are no reasons here. The critic, attention
 and the Rules are heard where they disagree.
 """
@@ -12,22 +12,37 @@ import numpy as np
 from glasshelm.colregs.rule_text import Kinds, rule_against
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.frames.episodes import Episode
-from glasshelm.frames.phrases import NOTHING, approach, listed, miles, side, tenths, where
+from glasshelm.frames.phrases import (
+    NEGLIGIBLE,
+    cpa_words,
+    joined,
+    miles,
+    relative_bearing,
+    rudder_degrees,
+    side,
+)
 from glasshelm.frames.series import Series, ShipSeries
-from glasshelm.report.guard_text import overruled
-from glasshelm.report.rudder_shares import UNSAID_RAD, Share, Shares, foremost, shares, total
+from glasshelm.report.guard_text import override_text
+from glasshelm.report.rudder_shares import (
+    NEGLIGIBLE_RAD,
+    RudderShares,
+    Share,
+    largest,
+    rudder_shares,
+    total,
+)
 
 #: A ship whose share of the rudder is below this (0.1°) is not told with her CPA.
-LEAST_RAD = float(np.radians(0.1))
+MIN_SHARE_RAD = float(np.radians(0.1))
 #: A rudder away from a waypoint that is farther aside is not for the waypoint.
-ASIDE_RAD = float(np.radians(5))
+OFF_WAYPOINT_RAD = float(np.radians(5))
 #: A second ship is told with her CPA if her share is at least this part of the first one's.
 SHARE = 0.4
 #: A ship that moves the rudder the other way is told so from this part of the rudder on.
 AGAINST = 0.25
 
 
-def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
+def reason_text(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     """The reason of a turn or an advice, from mean shares while the rudder was that way.
 
     What is said adds up to the mean rudder, but for the rounding of each number to a tenth of a
@@ -35,12 +50,12 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     frame ``told_at``: by default of the beginning, when the decision was made.
     """
     k = episode.start if told_at is None else told_at
-    at = acting(voyage, episode)
-    another = overruled([voyage.frames[i] for i in at])
+    at = frames_with_rudder(voyage, episode)
+    another = override_text([voyage.frames[i] for i in at])
     if another:
         return f"; {another}"
-    at = _his_own(voyage, at)
-    cut = shares(voyage, at)
+    at = _decided_by_pilot(voyage, at)
+    cut = rudder_shares(voyage, at)
     if cut is None:
         return f"; {_nearest(voyage, k)}"
     gains = _gains(cut, k, _mean(voyage.waypoint_bearing_rad, at))
@@ -50,61 +65,63 @@ def why(voyage: Series, episode: Episode, told_at: int | None = None) -> str:
     return ": " + "; ".join(part for part in (gains, _turned(cut), _held(cut, k)) if part)
 
 
-def _gains(cut: Shares, k: int, waypoint_rad: float) -> str:
+def _gains(cut: RudderShares, k: int, waypoint_rad: float) -> str:
     """What moves the rudder to its side: ships, the waypoint at this relative bearing."""
-    named = [s for s in _told(cut.moving)[:2] if s.size_rad >= SHARE * cut.moving[0].size_rad]
-    rest = cut.moving[len(named) :]
+    named = [
+        s for s in _told(cut.supporting)[:2] if s.size_rad >= SHARE * cut.supporting[0].size_rad
+    ]
+    rest = cut.supporting[len(named) :]
     said = []
     if named:
-        who = listed([f"{s.ship.name} ({_threat(s.ship, k)})" for s in named])
-        said.append(f"{tenths(total(named))} for {who}")
-    if cut.alone_rad >= UNSAID_RAD:
-        away = waypoint_rad * cut.way < -ASIDE_RAD
+        who = joined([f"{s.ship.name} ({_threat(s.ship, k)})" for s in named])
+        said.append(f"{rudder_degrees(total(named))} for {who}")
+    if cut.base_rad >= NEGLIGIBLE_RAD:
+        away = waypoint_rad * cut.way < -OFF_WAYPOINT_RAD
         what = "also with nobody there" if away else "for the waypoint"
-        said.append(f"{tenths(cut.alone_rad)} {what}")
-        if named and cut.alone_rad > named[0].size_rad:
+        said.append(f"{rudder_degrees(cut.base_rad)} {what}")
+        if named and cut.base_rad > named[0].size_rad:
             said.reverse()
-    if total(rest) >= UNSAID_RAD:
-        said.append(f"{tenths(total(rest))} for {_others(rest, bool(named))}")
+    if total(rest) >= NEGLIGIBLE_RAD:
+        said.append(f"{rudder_degrees(total(rest))} for {_others(rest, bool(named))}")
     return ", ".join(said)
 
 
-def _turned(cut: Shares) -> str:
+def _turned(cut: RudderShares) -> str:
     """That with no ship there the rudder would be on its other side."""
-    if cut.alone_rad > -UNSAID_RAD:
+    if cut.base_rad > -NEGLIGIBLE_RAD:
         return ""
-    return f"with nobody there it would be {tenths(cut.alone_rad)} to {side(-cut.way)}"
+    return f"with nobody there it would be {rudder_degrees(cut.base_rad)} to {side(-cut.way)}"
 
 
-def _held(cut: Shares, k: int) -> str:
+def _held(cut: RudderShares, k: int) -> str:
     """Which ships move it the other way."""
     said = []
-    named = [s for s in _told(cut.back)[:1] if s.size_rad > AGAINST * cut.rudder_rad]
-    rest = cut.back[len(named) :]
+    named = [s for s in _told(cut.opposing)[:1] if s.size_rad > AGAINST * cut.rudder_rad]
+    rest = cut.opposing[len(named) :]
     for one in named:
         who = f"{one.ship.name} ({_threat(one.ship, k)})"
-        said.append(f"{who} holds it back by {tenths(one.size_rad)}")
-    if total(rest) >= UNSAID_RAD:
-        who, much = _others(rest, bool(named or _told(cut.moving))), tenths(total(rest))
-        holds = "holds" if len(foremost(rest)) == 1 else "hold"
+        said.append(f"{who} holds it back by {rudder_degrees(one.size_rad)}")
+    if total(rest) >= NEGLIGIBLE_RAD:
+        who, much = _others(rest, bool(named or _told(cut.supporting))), rudder_degrees(total(rest))
+        holds = "holds" if len(largest(rest)) == 1 else "hold"
         said.append(f"{who} by {much}" if named else f"{who} {holds} it back by {much}")
     return ", ".join(said)
 
 
 def _told(some: list[Share]) -> list[Share]:
-    """Those whose share is large enough to be told with their CPA."""
-    return [one for one in some if one.size_rad > LEAST_RAD]
+    """Those whose share is large enough to be named with their CPA."""
+    return [one for one in some if one.size_rad > MIN_SHARE_RAD]
 
 
 def _others(rest: list[Share], after_some: bool) -> str:
     """The name of the one, or how many they are; ``after_some``: ships are named before."""
-    count = len(foremost(rest))
+    count = len(largest(rest))
     if count == 1:
         return rest[0].ship.name
     return f"{count} {'others' if after_some else 'ships'}"
 
 
-def doubts(
+def disagreement_text(
     voyage: Series, episode: Episode, told_at: int | None = None, kinds: Kinds | None = None
 ) -> str:
     """Where attention (Eq. 23), the critic (Eq. 22) or the Rules say otherwise; else empty.
@@ -113,9 +130,9 @@ def doubts(
     ``kinds`` are those of :func:`glasshelm.colregs.rule_text.rule_against`.
     """
     k = episode.start if told_at is None else told_at
-    at = acting(voyage, episode)
-    cut = shares(voyage, at)
-    moving = [] if cut is None else [one.ship for one in _told(cut.moving)]
+    at = frames_with_rudder(voyage, episode)
+    cut = rudder_shares(voyage, at)
+    moving = [] if cut is None else [one.ship for one in _told(cut.supporting)]
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
     if cut is not None and moving:
         said.append(rule_against(voyage, moving[0], k, cut.way, kinds))
@@ -137,7 +154,7 @@ def _attended(voyage: Series, at: np.ndarray, moving: list[ShipSeries]) -> str:
 
 def _valued(voyage: Series, at: np.ndarray) -> str:
     gain = _mean(voyage.priority_waypoint, at) + _mean(voyage.priority_collision, at)
-    if np.isnan(gain) or gain >= -NOTHING:
+    if np.isnan(gain) or gain >= -NEGLIGIBLE:
         return ""
     return "The critic rates the rudder amidships better"
 
@@ -146,10 +163,12 @@ def _threat(ship: ShipSeries, k: int) -> str:
     """Her CPA in frame ``k``, or where she first comes into sight after it."""
     if np.isnan(ship.range_m[k]):
         k = int(np.flatnonzero(np.isfinite(ship.range_m))[0])
-    words = approach(float(ship.dcpa_m[k]), float(ship.tcpa_s[k]))
+    words = cpa_words(float(ship.dcpa_m[k]), float(ship.tcpa_s[k]))
     if 0 < ship.tcpa_s[k] < CPA_HORIZON_S:
         return words
-    return f"{words}, {miles(float(ship.range_m[k]))} {where(float(ship.bearing_rad[k]))}"
+    return (
+        f"{words}, {miles(float(ship.range_m[k]))} {relative_bearing(float(ship.bearing_rad[k]))}"
+    )
 
 
 def _nearest(voyage: Series, k: int) -> str:
@@ -161,17 +180,17 @@ def _nearest(voyage: Series, k: int) -> str:
     return f"this pilot gives no reasons; nearest is {ship.name} ({_threat(ship, k)})"
 
 
-def acting(voyage: Series, episode: Episode) -> np.ndarray:
+def frames_with_rudder(voyage: Series, episode: Episode) -> np.ndarray:
     """The frames of an episode in which the rudder is on the side of the turn; else all."""
     at = np.arange(episode.start, episode.end + 1)
     meant = at[voyage.rudder_rad[at] * episode.turn_rad > 0]
     return meant if meant.size else at
 
 
-def _his_own(voyage: Series, at: np.ndarray) -> np.ndarray:
-    """Those of some frames in which the pilot has the helm himself; shares are of no others."""
+def _decided_by_pilot(voyage: Series, at: np.ndarray) -> np.ndarray:
+    """Those of some frames in which the pilot itself has the helm; shares are of no others."""
     decided = [voyage.frames[k].decision for k in at]
-    return at[[d is None or d.overruled_rad is None for d in decided]]
+    return at[[d is None or d.pilot_rudder_rad is None for d in decided]]
 
 
 def _mean(row: np.ndarray, at: np.ndarray) -> float:

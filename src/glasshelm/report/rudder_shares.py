@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 
-from glasshelm.frames.series import Row, Series, ShipSeries
+from glasshelm.frames.series import Series, ShipSeries, TimeSeries
 
 #: A share below this is not said: to the tenth of a degree it is nothing.
-UNSAID_RAD = float(np.radians(0.05))
+NEGLIGIBLE_RAD = float(np.radians(0.05))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,34 +20,34 @@ class Share:
 
 
 @dataclasses.dataclass(frozen=True)
-class Shares:
+class RudderShares:
     """Means over some frames. What is alone, less who is back, with who is moving is the rudder.
 
-    ``way`` is the side of the rudder (1 starboard, −1 port). ``rudder_rad`` and ``alone_rad`` are
+    ``way`` is the side of the rudder (1 starboard, −1 port). ``rudder_rad`` and ``base_rad`` are
     + to that side. ``moving`` are the ships that move the rudder that way, ``back`` those
     that move it the other way, the largest share first.
     """
 
     way: float
     rudder_rad: float
-    alone_rad: float
-    moving: list[Share]
-    back: list[Share]
+    base_rad: float
+    supporting: list[Share]
+    opposing: list[Share]
 
 
-def shares(voyage: Series, at: np.ndarray) -> Shares | None:
+def rudder_shares(voyage: Series, at: np.ndarray) -> RudderShares | None:
     """The shares in those of these frames that have any; None if none has."""
-    at = at[np.isfinite(voyage.alone_rad[at])]
+    at = at[np.isfinite(voyage.base_rad[at])]
     if not at.size:
         return None
     rudder = float(voyage.rudder_rad[at].mean())
     way = float(np.sign(rudder)) or 1.0
     found = [(s, way * _mean(s.shapley_rad[at])) for s in voyage.ships]
     found.sort(key=lambda one: -abs(one[1]))
-    return Shares(
+    return RudderShares(
         way,
         way * rudder,
-        way * float(voyage.alone_rad[at].mean()),
+        way * float(voyage.base_rad[at].mean()),
         [Share(s, x) for s, x in found if x > 0],
         [Share(s, -x) for s, x in found if x < 0],
     )
@@ -58,16 +58,16 @@ def total(some: list[Share]) -> float:
     return math.fsum(one.size_rad for one in some)
 
 
-def foremost(some: list[Share]) -> list[Share]:
+def largest(some: list[Share]) -> list[Share]:
     """The fewest of them, the largest first, who make up their total to the tenth of a degree."""
     left = total(some)
     for count, one in enumerate(some):
-        if left < UNSAID_RAD:
+        if left < NEGLIGIBLE_RAD:
             return some[:count]
         left -= one.size_rad
     return some
 
 
-def _mean(row: Row) -> float:
+def _mean(row: TimeSeries) -> float:
     """The mean share, where a ship who is not there has none: means then add up, too."""
     return float(np.nan_to_num(row).mean())

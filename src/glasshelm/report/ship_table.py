@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from glasshelm.core.geometry import CPA_HORIZON_S
-from glasshelm.frames.phrases import clock, lasting, miles, where
+from glasshelm.frames.phrases import clock, duration, miles, relative_bearing
 from glasshelm.frames.series import Series
 from glasshelm.report.passages import Passage, describe
 from glasshelm.ship.nomoto import KNOT_M_S
@@ -20,7 +20,7 @@ class Column:
     number: bool = True
 
 
-def table(voyage: Series, found: list[Passage]) -> tuple[list[Column], list[list[str]]]:
+def ship_table(voyage: Series, found: list[Passage]) -> tuple[list[Column], list[list[str]]]:
     """Columns and one row of words a ship; columns that no ship can fill are left out."""
     columns = [
         Column("Ship", number=False),
@@ -44,7 +44,7 @@ def _row(voyage: Series, passage: Passage) -> list[str]:
     speed = float(ship.speed_m_s[first]) / KNOT_M_S
     inside = "no"
     if passage.inside_s > 0:
-        inside = f"{lasting(passage.inside_s)}, danger {passage.deepest:.2f}"
+        inside = f"{duration(passage.inside_s)}, danger {passage.max_danger:.2f}"
     return [
         ship.name,
         describe(passage),
@@ -53,7 +53,7 @@ def _row(voyage: Series, passage: Passage) -> list[str]:
         _priority(voyage, passage),
         f"{np.nanmean(ship.attention):.0%}" if ship.has("attention") else "",
         f"{heading:03d}° {speed:.1f} kn",
-        f"{miles(float(ship.range_m[first]))} {where(float(ship.bearing_rad[first]))}",
+        f"{miles(float(ship.range_m[first]))} {relative_bearing(float(ship.bearing_rad[first]))}",
         _cpa(float(ship.dcpa_m[first]), float(ship.tcpa_s[first])),
     ]
 
@@ -61,13 +61,13 @@ def _row(voyage: Series, passage: Passage) -> list[str]:
 def _cpa(dcpa_m: float, tcpa_s: float) -> str:
     if tcpa_s >= CPA_HORIZON_S:
         return "not within the hour"
-    return "past" if tcpa_s <= 0 else f"{miles(dcpa_m)} in {lasting(tcpa_s)}"
+    return "past" if tcpa_s <= 0 else f"{miles(dcpa_m)} in {duration(tcpa_s)}"
 
 
 def _priority(voyage: Series, passage: Passage) -> str:
-    if passage.wanted is None:
+    if passage.largest_priority is None:
         return ""
-    value = float(passage.ship.priority[passage.wanted])
+    value = float(passage.ship.priority[passage.largest_priority])
     if value <= 0:
         return "never positive"
-    return f"+{value:.3f} ({clock(voyage, passage.wanted)})"
+    return f"+{value:.3f} ({clock(voyage, passage.largest_priority)})"

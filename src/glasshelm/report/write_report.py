@@ -6,11 +6,11 @@ from pathlib import Path
 from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.core.text import printable
-from glasshelm.figures.gallery import PLATES, reason
+from glasshelm.figures.gallery import FIGURES, why_missing
 from glasshelm.figures.style import as_svg, save
-from glasshelm.frames.series import Frames, series
-from glasshelm.report.html_page import page
-from glasshelm.report.narrative import story
+from glasshelm.frames.series import Frames, to_series
+from glasshelm.report.html_page import html_page
+from glasshelm.report.narrative import narrate
 
 
 def write_report(
@@ -22,20 +22,20 @@ def write_report(
 ) -> Path:
     """Write ``figures/*.pdf``, ``figures/*.png`` and ``report.html`` into a folder.
 
-    Returns the report's path. A figure that fails is told of under "Not drawn". ``progress``
-    is told the figure being drawn and the share done. InputError if the folder cannot be
+    Returns the report's path. A figure that fails is listed under "Not drawn". ``progress``
+    receives the figure being drawn and the share done. InputError if the folder cannot be
     written or there are no frames.
     """
-    voyage = series(frames)
+    voyage = to_series(frames)
     drawn, missing = [], []
     try:
         (folder / "figures").mkdir(parents=True, exist_ok=True)
-        for number, plate in enumerate(PLATES):
-            progress(plate.title, number / len(PLATES))
+        for number, plate in enumerate(FIGURES):
+            progress(plate.title, number / len(FIGURES))
             try:
                 figure = plate.draw(voyage)
                 if figure is None:
-                    missing.append(reason(plate, voyage))
+                    missing.append(why_missing(plate, voyage))
                     continue
                 save(figure, folder / "figures" / plate.stem)
                 drawn.append((plate, as_svg(figure), float(figure.get_figwidth())))
@@ -45,10 +45,10 @@ def write_report(
                 why = f"{type(error).__name__}: {error}"
                 missing.append(printable(f"{plate.title}: not drawn, it failed ({why})."))
         first = voyage.frames[0]
-        told = page(
+        told = html_page(
             voyage,
             title or f"{first.source}, steered by {first.pilot}",
-            story(voyage),
+            narrate(voyage),
             drawn,
             missing,
             notes,

@@ -132,7 +132,7 @@ def drifted(state: ShipState, current_m_s: Vector, duration_s: float) -> ShipSta
 
 
 SHIPS: dict[str, ShipParams] = {
-    # The published behaviour was obtained with these K and T (READINGS in docs/paper.md);
+    # The published behaviour was obtained with these K and T (docs/explanation/paper.md);
     # no 340 m ship turns 0.9°/s at 5° of rudder.
     "paper": ShipParams(
         gain_1_s=0.1827,

@@ -50,7 +50,7 @@ class Traffic(eqx.Module):
 
 
 class GuardStatus(eqx.Module):
-    """Of a guarded pilot: whether the guard has the helm, and where his own way leads from here."""
+    """Of a guarded pilot: whether the guard has the helm, and where its own way leads from here."""
 
     steers: Bool[Array, ""]
     ahead: Lookahead
@@ -59,8 +59,8 @@ class GuardStatus(eqx.Module):
 class ExplainedStep(eqx.Module):
     """All of one instant. Slot k of ``fed`` and ``explanation`` shows target ``order[k]``.
 
-    ``action`` is what is steered, ``own_action`` what the pilot himself decides; ``his_own`` says
-    that he has the helm, and not an order or his guard.
+    ``action`` is what is steered, ``own_action`` what the pilot itself decides; ``his_own`` says
+    that it has the helm, and not an order or its guard.
     """
 
     own: ShipState

@@ -12,7 +12,7 @@ from glasshelm.env.rewards import Reward
 from glasshelm.env.training_envelope import check_numbers, outside_training
 from glasshelm.explain.step_explanation import Explanation
 from glasshelm.frames.schema import (
-    ByTask,
+    BySubTask,
     Decision,
     Frame,
     Guard,
@@ -75,7 +75,7 @@ class FrameBuilder:
             value=_by_task(why.value) if why else None,
             priority=_by_task(why.priority) if why else None,
             sweep=self._sweep(moment),
-            outside=self._outside(moment, learned) if learned else None,
+            outside_training=self._outside(moment, learned) if learned else None,
             guard=self._guard(moment),
         )
 
@@ -117,7 +117,7 @@ class FrameBuilder:
         why = moment.explanation
         rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
         if not moment.his_own:
-            return Decision(rudder, self._applied, overruled_rad=own)
+            return Decision(rudder, self._applied, pilot_rudder_rad=own)
         alone = None if why is None else _plain(why.moves.none * self._limit)
         return Decision(rudder, self._applied, alone)
 
@@ -203,7 +203,7 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
     """What the pilot makes of each ship shown; absent for those that it was not fed."""
     place = {int(i): k for k, i in enumerate(moment.order) if moment.fed.present[k]}
     places = [place.get(int(i)) for i in shown]
-    columns: Columns = {"fed": [k is not None for k in places]}
+    columns: Columns = {"selected": [k is not None for k in places]}
     e = moment.explanation
     if e is None:
         return columns
@@ -222,13 +222,13 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
 
 
 def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
-    """What is true only of a rudder that the pilot himself decided: whose it is."""
+    """What is true only of a rudder that the pilot itself decided: whose it is."""
     given: Columns = {}
     if e.intention is not None:
         given["intention"] = _plain(e.intention.increment)
         given["intention_level"] = _plain(e.intention.level)
     given["shapley_rad"] = _plain(e.moves.by_ship * limit_rad)
-    given["left_out_rad"] = _plain(e.left_out * limit_rad)
+    given["leave_one_out_rad"] = _plain(e.left_out * limit_rad)
     if np.any(e.moves.error):
         given["shapley_error_rad"] = _plain(e.moves.error * limit_rad)
     if e.worth is not None and np.isfinite(e.worth.all):
@@ -242,11 +242,11 @@ def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> C
     return given
 
 
-def _by_task(parts: Values | Reward | None) -> ByTask | None:
+def _by_task(parts: Values | Reward | None) -> BySubTask | None:
     if parts is None:
         return None
     waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship))
-    return ByTask(_plain(waypoint), _plain(collision), _plain(waypoint + collision))
+    return BySubTask(_plain(waypoint), _plain(collision), _plain(waypoint + collision))
 
 
 def _plain(x: Any) -> Any:

@@ -11,7 +11,7 @@ gradient then runs through the ship alone, where it cannot explode, and the
 actor is differentiated in one large batch. A pilot at which this gradient
 vanishes steers voyages that no small change of any command improves. With
 ``feedback=True`` the gradient also runs through what the actor sees; it is
-exact, dearer, and chaotic over long voyages (docs/algorithms/fast.md).
+exact, dearer, and chaotic over long voyages (docs/explanation/training.md).
 """
 
 import dataclasses

@@ -60,7 +60,7 @@ PRESETS: dict[str, TrainConfig] = {
     # Table A.6 to the letter.
     "paper": TrainConfig("paper", "ddpg"),
     # A pilot with 1.8 % of intrusions (five seeds), in half an hour of one free core
-    # (docs/algorithms/fast.md).
+    # (docs/explanation/training.md).
     "fast": TrainConfig(
         "fast",
         "analytic",
@@ -74,7 +74,7 @@ PRESETS: dict[str, TrainConfig] = {
             updates=200,
             kept=16,
         ),
-        # Gradients after lessons did harm (docs/algorithms/fast.md, L8).
+        # Gradients after lessons did harm (docs/results/training-choices.md, L8).
         analytic=AnalyticSettings(iterations=0),
         ddpg=DdpgSettings(
             env_steps=2_000_000,

@@ -2,8 +2,8 @@
 
 Gradients through the world (:mod:`glasshelm.training.analytic_policy_gradient`) improve the
 manoeuvre that an actor makes, but never tell it that the manoeuvre to the other
-side would have been better. The teacher does: it tries some three hundred
-manoeuvres in thought (:mod:`glasshelm.planning.course_planner`). Every iteration
+side would have been better. The teacher does: it tries 763
+manoeuvres in simulation (:mod:`glasshelm.planning.course_planner`). Every iteration
 
 1. draws fresh encounters, of which a share are the *hardest of several*: those in
    which the actor, sailing each of them alone, came nearest to a ship's domain or

@@ -36,7 +36,7 @@ from glasshelm.training.vector_env import Pool, Worlds, cut_short, draw_pool, fi
 
 @dataclasses.dataclass(frozen=True)
 class DdpgSettings:
-    """Table A.6 by default; what it does not give is in docs/paper.md."""
+    """Table A.6 by default; what it does not give is in docs/explanation/paper.md."""
 
     env_steps: int = 10_000_000
     #: Environment steps a gradient update.

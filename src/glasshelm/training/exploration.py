@@ -1,6 +1,6 @@
 """Exploration: what is added to the pilot's rudder while it learns.
 
-``ou`` is the paper's way (docs/paper.md): an Ornstein-Uhlenbeck process that
+``ou`` is the paper's way (docs/explanation/paper.md): an Ornstein-Uhlenbeck process that
 wanders and keeps the ship on excursions of many steps. ``bursts`` is for
 learning the value of a pilot that is already good: it steers by itself, and now
 and then a rudder drawn at random is held for a few steps, so that every rudder

@@ -1,6 +1,6 @@
 """What DDPG minimises: Eq. 2 (critic), Eq. 3 and 5 (actor), and Eq. 4 (target networks).
 
-Misprints of the equations are settled in docs/paper.md.
+Misprints of the equations are settled in docs/explanation/paper.md.
 """
 
 import dataclasses

@@ -9,9 +9,9 @@ from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.whatif.branch import branch_at
 from glasshelm.whatif.changes import Change
-from glasshelm.whatif.counterfactual_rollout import Future, future
-from glasshelm.whatif.difference_text import sentence
-from glasshelm.whatif.outcome import Account, Differences, account, differences
+from glasshelm.whatif.counterfactual_rollout import BranchRollout, roll_out
+from glasshelm.whatif.difference_text import describe_difference
+from glasshelm.whatif.outcome import Differences, Outcome, differences, outcome_of
 
 #: How far ahead is sailed [min], and at most.
 MINUTES = 30.0
@@ -19,19 +19,19 @@ MOST_MINUTES = 240.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Answer:
+class WhatIfAnswer:
     """The future as things are (``fact``) and with the changes (``other``), and their difference.
 
     Both are sailed by the same pilot in the same world, which has no chance in
     it: what differs, differs because of the changes alone.
     """
 
-    fact: Future
-    other: Future
-    fact_account: Account
-    other_account: Account
-    parted: Differences
-    sentence: str
+    factual: BranchRollout
+    counterfactual: BranchRollout
+    factual_outcome: Outcome
+    counterfactual_outcome: Outcome
+    differences: Differences
+    summary: str
 
 
 def what_if(
@@ -42,7 +42,7 @@ def what_if(
     minutes: float = MINUTES,
     explained: bool = False,
     settings: EnvSettings = EnvSettings(),
-) -> Answer:
+) -> WhatIfAnswer:
     """Branch a log at a frame and sail both futures. InputError for what cannot be asked."""
     if not changes:
         raise InputError("nothing is asked: name a ship to delete, to hide or to keep, or a rudder")
@@ -50,9 +50,9 @@ def what_if(
         raise InputError(f"{minutes:g} minutes: more than 0, at most {MOST_MINUTES:g}")
     steps = max(round(60 * minutes / settings.step_s), 1)
     branch = branch_at(frames, number, pilot, steps, settings)
-    fact = future(branch, (), steps, explained)
-    other = future(branch, changes, steps, explained)
-    told = account(fact), account(other)
+    fact = roll_out(branch, (), steps, explained)
+    other = roll_out(branch, changes, steps, explained)
+    told = outcome_of(fact), outcome_of(other)
     parted = differences(fact, other)
-    words = sentence(other.condition, changes, *told, parted)
-    return Answer(fact, other, *told, parted, words)
+    words = describe_difference(other.condition, changes, *told, parted)
+    return WhatIfAnswer(fact, other, *told, parted, words)

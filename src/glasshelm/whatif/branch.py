@@ -34,7 +34,7 @@ from glasshelm.simulation.explained_step import LastKnownTargets
 from glasshelm.simulation.voyage import padded_encounter
 
 
-class Premise(eqx.Module):
+class BranchState(eqx.Module):
     """What a future starts from; changes are made to it (:mod:`glasshelm.whatif.changes`).
 
     ``observation`` are the ships that the pilot sees; ``rudder_rad`` is ordered for the
@@ -43,11 +43,11 @@ class Premise(eqx.Module):
 
     encounter: Encounter
     state: EnvState
-    held: LastKnownTargets
+    last_known: LastKnownTargets
     memory: Memory
-    observation: Bool[Array, " n"]
-    rudder_rad: Float[Array, ""]
-    ordered: Int[Array, ""]
+    visible: Bool[Array, " n"]
+    override_rad: Float[Array, ""]
+    override_steps: Int[Array, ""]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Branch:
     pilot: Pilot
     scenario: Scenario
     ship: ShipParams
-    premise: Premise
+    initial: BranchState
     settings: EnvSettings
 
     def slot(self, ship: str) -> int:
@@ -79,10 +79,10 @@ class Branch:
         there = f"there are {known}" if ids else "there is none"
         raise InputError(f"no ship {ship[:100]!r} from this instant on: {there}")
 
-    def here(self, slot: int) -> bool:
+    def is_present(self, slot: int) -> bool:
         """Whether the ship of a slot is there at the instant of the branch (not lost)."""
-        return bool(np.asarray(self.premise.encounter.targets.start_s)[slot, 0] <= 0.0) and bool(
-            np.asarray(self.premise.encounter.targets.end_s)[slot, 0] > 0.0
+        return bool(np.asarray(self.initial.encounter.targets.start_s)[slot, 0] <= 0.0) and bool(
+            np.asarray(self.initial.encounter.targets.end_s)[slot, 0] > 0.0
         )
 
 
@@ -102,10 +102,10 @@ def branch_at(
     start = frames[number]
     until_s = start.time_s + steps * settings.step_s
     ahead = [f for f in frames[number:] if f.time_s <= until_s + 1e-6]
-    first = _first_relived(frames, number, pilot)
+    first = _first_replayed(frames, number, pilot)
     window = [*frames[first:number], *ahead]
     infos = _infos(window)
-    chosen_from = any(not t.fed and not t.lost for f in window for t in f.targets)
+    chosen_from = any(not t.selected and not t.lost for f in window for t in f.targets)
     slots = max(len(infos), CAPACITY + 1) if chosen_from else len(infos)
     places = {info.id: k for k, info in enumerate(infos)}
     track = _track(ahead, places, slots, steps, settings)
@@ -117,7 +117,7 @@ def branch_at(
     known, memory = empty_observation(wide), pilot.start()
     remembers = bool(jax.tree.leaves(memory))
     for k in range(first, number + 1):
-        known, memory = _relive(
+        known, memory = _replay(
             pilot,
             ship,
             known,
@@ -128,8 +128,8 @@ def branch_at(
             jnp.asarray(k == first),
             remembers and k < number,
         )
-    state = _standing(encounter, known, _motion(start, places, wide), ship)
-    premise = Premise(
+    state = _state_at(encounter, known, _motion(start, places, wide), ship)
+    premise = BranchState(
         encounter,
         state,
         _held(frames[first : number + 1], places, wide),
@@ -146,12 +146,12 @@ def branch_at(
         ship=jax.device_get(ship),
         duration_s=steps * settings.step_s,
         origin=_origin(start.own),
-        start=_began(start),
+        start=_clock_start(start),
     )
     return Branch(start, pilot, scenario, ship, premise, settings)
 
 
-def _first_relived(frames: Sequence[Frame], number: int, pilot: Pilot) -> int:
+def _first_replayed(frames: Sequence[Frame], number: int, pilot: Pilot) -> int:
     """The first frame that still matters: five are seen; a memory reaches back to its beginning."""
     remembers = bool(jax.tree.leaves(pilot.start()))
     first = number
@@ -164,7 +164,7 @@ def _first_relived(frames: Sequence[Frame], number: int, pilot: Pilot) -> int:
 
 
 @eqx.filter_jit
-def _relive(
+def _replay(
     pilot: Pilot,
     ship: ShipParams,
     known: Observation,
@@ -183,7 +183,7 @@ def _relive(
 
 
 @eqx.filter_jit
-def _standing(
+def _state_at(
     encounter: Encounter, known: Observation, motion: Motion, ship: ShipParams
 ) -> EnvState:
     zero = jnp.zeros((), jnp.int32)
@@ -324,7 +324,7 @@ def _origin(own: Own) -> tuple[float, float] | None:
     return float(origin[0][0]), float(origin[1][0])
 
 
-def _began(frame: Frame) -> datetime | None:
+def _clock_start(frame: Frame) -> datetime | None:
     """The clock at time 0 of the log."""
     if frame.time_utc is None:
         return None

@@ -11,22 +11,22 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Track
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import targets_at
-from glasshelm.frames.phrases import degrees, lasting, side
-from glasshelm.whatif.branch import Branch, Premise
+from glasshelm.frames.phrases import degrees, duration, side
+from glasshelm.whatif.branch import Branch, BranchState
 
 #: An order that is never taken back, in steps.
-FOR_EVER = 2**30
+UNTIL_THE_END = 2**30
 
 
 @runtime_checkable
 class Change(Protocol):
     """One thing that is different from the instant of the branch on."""
 
-    def apply(self, branch: Branch, premise: Premise) -> Premise:
+    def apply(self, branch: Branch, premise: BranchState) -> BranchState:
         """The premise with it. InputError, in one line, if this branch does not have it."""
         ...
 
-    def words(self, branch: Branch) -> str:
+    def describe(self, branch: Branch) -> str:
         """The condition in words, to go on with a comma: ``without ship 3``."""
         ...
 
@@ -37,9 +37,9 @@ class Deleted:
 
     ship: str
 
-    def apply(self, branch: Branch, premise: Premise) -> Premise:
+    def apply(self, branch: Branch, premise: BranchState) -> BranchState:
         slot = branch.slot(self.ship)
-        there = jnp.arange(premise.observation.shape[0]) != slot
+        there = jnp.arange(premise.visible.shape[0]) != slot
         return eqx.tree_at(
             lambda p: (
                 p.encounter.present,
@@ -50,13 +50,13 @@ class Deleted:
             premise,
             (
                 premise.encounter.present & there,
-                premise.held.motion.present & there,
+                premise.last_known.motion.present & there,
                 jnp.where(there, premise.state.danger, 0.0),
-                unseen(premise.state.observation, there),
+                masked(premise.state.observation, there),
             ),
         )
 
-    def words(self, branch: Branch) -> str:
+    def describe(self, branch: Branch) -> str:
         return f"without {_name(branch, self.ship)}"
 
 
@@ -66,14 +66,14 @@ class Hidden:
 
     ship: str
 
-    def apply(self, branch: Branch, premise: Premise) -> Premise:
-        observation = premise.observation.at[branch.slot(self.ship)].set(False)
-        known = unseen(premise.state.observation, observation)
+    def apply(self, branch: Branch, premise: BranchState) -> BranchState:
+        observation = premise.visible.at[branch.slot(self.ship)].set(False)
+        known = masked(premise.state.observation, observation)
         return eqx.tree_at(
             lambda p: (p.observation, p.state.observation), premise, (observation, known)
         )
 
-    def words(self, branch: Branch) -> str:
+    def describe(self, branch: Branch) -> str:
         return f"if the pilot did not see {_name(branch, self.ship)}"
 
 
@@ -87,16 +87,16 @@ class KeptCourse:
 
     ship: str | None = None
 
-    def apply(self, branch: Branch, premise: Premise) -> Premise:
+    def apply(self, branch: Branch, premise: BranchState) -> BranchState:
         if self.ship is None:
             steady = jnp.zeros_like(premise.state.own.rate_of_turn_rad_s)
             return eqx.tree_at(
                 lambda p: (p.state.own.rate_of_turn_rad_s, p.rudder_rad, p.ordered),
                 premise,
-                (steady, jnp.zeros(()), jnp.asarray(FOR_EVER, jnp.int32)),
+                (steady, jnp.zeros(()), jnp.asarray(UNTIL_THE_END, jnp.int32)),
             )
         slot = branch.slot(self.ship)
-        if not branch.here(slot):
+        if not branch.is_present(slot):
             name = _name(branch, self.ship)
             raise InputError(f"{name} is not there at this instant: she has no course to keep")
         now = targets_at(premise.encounter, jnp.zeros(()))
@@ -112,7 +112,7 @@ class KeptCourse:
         )
         return eqx.tree_at(lambda p: p.encounter.targets, premise, straight)
 
-    def words(self, branch: Branch) -> str:
+    def describe(self, branch: Branch) -> str:
         who = "own ship" if self.ship is None else _name(branch, self.ship)
         return f"if {who} kept her course"
 
@@ -124,7 +124,7 @@ class Rudder:
     degrees: float
     seconds: float = 60.0
 
-    def apply(self, branch: Branch, premise: Premise) -> Premise:
+    def apply(self, branch: Branch, premise: BranchState) -> BranchState:
         limit = math.degrees(float(branch.ship.rudder_limit_rad))
         if not abs(self.degrees) <= limit + 1e-3:
             raise InputError(
@@ -141,13 +141,13 @@ class Rudder:
             (jnp.asarray(math.radians(self.degrees), jnp.float32), jnp.asarray(steps, jnp.int32)),
         )
 
-    def words(self, branch: Branch) -> str:
+    def describe(self, branch: Branch) -> str:
         angle = math.radians(self.degrees)
         where = "amidships" if self.degrees == 0 else f"{degrees(angle)} to {side(angle)}"
-        return f"with the rudder {where} for {lasting(self.seconds)}"
+        return f"with the rudder {where} for {duration(self.seconds)}"
 
 
-def unseen(known: Observation, observation: jnp.ndarray) -> Observation:
+def masked(known: Observation, observation: jnp.ndarray) -> Observation:
     """The observation with only these ships in it."""
     present = known.present & observation
     return Observation(

@@ -17,14 +17,14 @@ from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.explained_step import ExplainedStep, RudderOverride, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
 from glasshelm.simulation.voyage import LOST_SHOWN_S
-from glasshelm.whatif.branch import Branch, Premise
-from glasshelm.whatif.changes import Change, unseen
+from glasshelm.whatif.branch import Branch, BranchState
+from glasshelm.whatif.changes import Change, masked
 
 Row = Float[np.ndarray, " t"]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Future:
+class BranchRollout:
     """What follows from a branch, one instant a step, the first at the branch.
 
     ``moments`` and ``reward`` (of the step after each instant) are on the host,
@@ -34,11 +34,11 @@ class Future:
 
     branch: Branch
     condition: str
-    moments: ExplainedStep
+    steps: ExplainedStep
     reward: Reward
 
     def __len__(self) -> int:
-        return len(self.moments.action)
+        return len(self.steps.action)
 
     @property
     def time_s(self) -> Row:
@@ -48,18 +48,18 @@ class Future:
     @property
     def heading_rad(self) -> Row:
         """Own ship's heading, running on through ±π."""
-        return np.unwrap(np.asarray(self.moments.own.heading_rad, float))
+        return np.unwrap(np.asarray(self.steps.own.heading_rad, float))
 
     @property
     def rudder_rad(self) -> Row:
         """The rudder decided or ordered at each instant."""
         limit = float(self.branch.ship.rudder_limit_rad)
-        return np.asarray(self.moments.action, float) * limit
+        return np.asarray(self.steps.action, float) * limit
 
     @property
     def track_m(self) -> Float[np.ndarray, "t 2"]:
         """Own ship's places (east, north)."""
-        own = self.moments.own
+        own = self.steps.own
         return np.stack([own.east_m, own.north_m], axis=-1).astype(float)
 
     def frames(self) -> list[Frame]:
@@ -71,65 +71,65 @@ class Future:
         framer = FrameBuilder(scenario, branch.pilot, applied=True)
         frames, reward = [], None
         for k in range(len(self)):
-            moment = jax.tree.map(lambda x, k=k: x[k], self.moments)
+            moment = jax.tree.map(lambda x, k=k: x[k], self.steps)
             frames.append(framer.frame(moment, branch.start.time_s + k * step_s, reward))
             reward = jax.tree.map(lambda x, k=k: x[k], self.reward)
         frames[0] = msgspec.structs.replace(frames[0], reward=branch.start.reward)
         return frames
 
 
-def future(
+def roll_out(
     branch: Branch, changes: Sequence[Change] = (), steps: int = 360, explained: bool = False
-) -> Future:
+) -> BranchRollout:
     """The future of so many steps with these changes, all at once; without any, as things are.
 
     ``explained`` frames carry the pilot's reasons, and take a program of their own.
     One program is compiled for each pilot, number of steps and number of slots.
     """
-    premise = branch.premise
+    premise = branch.initial
     for change in changes:
         premise = change.apply(branch, premise)
     told = jax.device_get(
-        _sailed(branch.pilot, premise, branch.ship, branch.settings, LOST_SHOWN_S, steps, explained)
+        _scan(branch.pilot, premise, branch.ship, branch.settings, LOST_SHOWN_S, steps, explained)
     )
     ended = np.flatnonzero(told.ended)
     count = min(int(ended[0]) + 2, steps + 1) if ended.size else steps + 1
     moments, reward = jax.tree.map(lambda x: x[:count], (told.moment, told.reward))
-    condition = " and ".join(change.words(branch) for change in changes)
-    return Future(branch, condition, moments, reward)
+    condition = " and ".join(change.describe(branch) for change in changes)
+    return BranchRollout(branch, condition, moments, reward)
 
 
-class _Told(eqx.Module):
+class _Steps(eqx.Module):
     moment: ExplainedStep
     reward: Reward
     ended: Bool[Array, " *t"]
 
 
 @eqx.filter_jit
-def _sailed(
+def _scan(
     pilot: Pilot,
-    premise: Premise,
+    premise: BranchState,
     ship: ShipParams,
     settings: EnvSettings,
     lost_shown_s: float,
     steps: int,
     explained: bool,
-) -> _Told:
+) -> _Steps:
     """So many steps and the instants between them [steps + 1]."""
     encounter = premise.encounter
 
-    def tick(carry: tuple, _: None) -> tuple[tuple, _Told]:
+    def tick(carry: tuple, _: None) -> tuple[tuple, _Steps]:
         state, held, memory = carry
         order = RudderOverride(
-            premise.rudder_rad / ship.rudder_limit_rad, state.step < premise.ordered
+            premise.override_rad / ship.rudder_limit_rad, state.step < premise.override_steps
         )
         moment, held, memory = explain_step(
             pilot, encounter, state, held, memory, ship, settings, lost_shown_s, order, explained
         )
         outcome = step(encounter, state, moment.action * ship.rudder_limit_rad, ship, settings)
-        known = unseen(outcome.state.observation, premise.observation)
+        known = masked(outcome.state.observation, premise.visible)
         after = eqx.tree_at(lambda s: s.observation, outcome.state, known)
-        return (after, held, memory), _Told(moment, outcome.reward, outcome.terminated)
+        return (after, held, memory), _Steps(moment, outcome.reward, outcome.terminated)
 
-    begin = premise.state, premise.held, premise.memory
+    begin = premise.state, premise.last_known, premise.memory
     return jax.lax.scan(tick, begin, length=steps + 1)[1]

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from glasshelm.frames.episodes import TURN_RAD
-from glasshelm.frames.phrases import capital, course, degrees, lasting, miles, side
+from glasshelm.frames.phrases import capitalised, course, degrees, duration, miles, side
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 from glasshelm.whatif.changes import Change, Deleted, Hidden, KeptCourse, Rudder
-from glasshelm.whatif.outcome import Account, Alteration, Differences, Met
+from glasshelm.whatif.outcome import Alteration, Differences, Outcome, ShipOutcome
 
 #: Tracks that are never farther apart are the same.
 SAME_M = 20.0
@@ -17,26 +17,27 @@ SAME_SHARE = 0.25
 MUCH_SAME_M = 0.1 * NAUTICAL_MILE_M
 
 
-def sentence(
-    condition: str, changes: Sequence[Change], fact: Account, other: Account, parted: Differences
+def describe_difference(
+    condition: str, changes: Sequence[Change], fact: Outcome, other: Outcome, parted: Differences
 ) -> str:
     """What the changed future would be, beside the one as things are."""
-    asked = capital(condition)
+    asked = capitalised(condition)
     passing = f"{_passing(fact, other)}."
     who = "own ship" if any(_orders(change) for change in changes) else "the pilot"
-    if parted.parts_s is None and parted.apart_m < SAME_M:
+    if parted.diverge_s is None and parted.max_separation_m < SAME_M:
         return f"{asked}, {who} would do the same. {passing}"
     would = _would(other)
     if not _alike(fact.alteration, other.alteration):
         return f"{asked}, {who} would {would}; {_contrast(changes, fact, other)}. {passing}"
-    apart = f"the tracks part by {miles(parted.apart_m)} at most"
+    apart = f"the tracks part by {miles(parted.max_separation_m)} at most"
     then, now = other.alteration, fact.alteration
     if then and now and not _at_one_time(now.half_s, then.half_s):
-        half = f"half of it within {lasting(then.half_s)} instead of {lasting(now.half_s)}"
+        half = f"half of it within {duration(then.half_s)} instead of {duration(now.half_s)}"
         text = f"would {_turn(then, 'return', 'alter')}, {half}"
-    elif parted.apart_m > MUCH_SAME_M:
-        aside = f"{degrees(parted.aside_rad)} more to {side(parted.aside_rad)}"
-        after = lasting(parted.aside_s)
+    elif parted.max_separation_m > MUCH_SAME_M:
+        change_rad = parted.max_heading_change_rad
+        aside = f"{degrees(change_rad)} more to {side(change_rad)}"
+        after = duration(parted.max_heading_change_s)
         text = f"would {would}, as it does as things are, but head up to {aside} after {after}"
     else:
         text = f"would do much the same: {would}"
@@ -60,20 +61,20 @@ def _at_one_time(one_s: float, other_s: float) -> bool:
     return abs(one_s - other_s) <= max(SAME_S, SAME_SHARE * max(one_s, other_s))
 
 
-def _would(told: Account) -> str:
+def _would(told: Outcome) -> str:
     return _course(told, "stay on", "return", "alter")
 
 
-def _does(told: Account) -> str:
+def _does(told: Outcome) -> str:
     return _course(told, "keeps on", "returns", "alters")
 
 
-def _course(told: Account, stay: str, back: str, turns: str) -> str:
+def _course(told: Outcome, stay: str, back: str, turns: str) -> str:
     """What own ship makes of her course, with the verbs in the form that is wanted."""
     turn = told.alteration
     if turn is None:
         return f"{stay} {course(told.heading_rad)}"
-    return f"{_turn(turn, back, turns)} within {lasting(turn.within_s)}"
+    return f"{_turn(turn, back, turns)} within {duration(turn.within_s)}"
 
 
 def _turn(turn: Alteration, back: str, turns: str) -> str:
@@ -81,8 +82,8 @@ def _turn(turn: Alteration, back: str, turns: str) -> str:
     return f"{what}{degrees(turn.turn_rad)} to {side(turn.turn_rad)}"
 
 
-def _contrast(changes: Sequence[Change], fact: Account, other: Account) -> str:
-    """What is the case. A ship without whom there is no such turn is named as its cause."""
+def _contrast(changes: Sequence[Change], fact: Outcome, other: Outcome) -> str:
+    """What is the case. A ship without which there is no such turn is named as its cause."""
     one, two = fact.alteration, other.alteration
     another = one is not None and (two is None or two.turn_rad * one.turn_rad < 0)
     if another and len(changes) == 1 and isinstance(changes[0], Deleted | Hidden):
@@ -90,7 +91,7 @@ def _contrast(changes: Sequence[Change], fact: Account, other: Account) -> str:
     return f"as things are, it {_does(fact)}"
 
 
-def _passing(fact: Account, other: Account) -> str:
+def _passing(fact: Outcome, other: Outcome) -> str:
     """The nearest ship of both, and the domain where either enters it."""
     then, now = other.nearest, fact.nearest
     if then is None:
@@ -113,7 +114,7 @@ def _passing(fact: Account, other: Account) -> str:
     return text if same else f"{text} instead of {fact.worst.danger:.2f}"
 
 
-def _distance(ship: Met, told: Account) -> str:
+def _distance(ship: ShipOutcome, told: Outcome) -> str:
     """How near she comes; nearer than own ship's length it is a collision, if that is known."""
     if ship.closest_m >= told.length_m:
         return miles(ship.closest_m)

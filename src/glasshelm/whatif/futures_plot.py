@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from glasshelm.figures import maps
-from glasshelm.figures.style import INK, SOFT, legend_below, looks, new_figure, nm, styled
-from glasshelm.frames.series import Frames, Series, series, ships_of_note
+from glasshelm.figures.style import INK, SOFT, legend_below, new_figure, nm, ship_styles, styled
+from glasshelm.frames.series import Frames, Series, ships_of_note, to_series
 
 #: Own ship in the changed future; no ship's colour.
 OTHER_INK = "#7B3294"
@@ -15,9 +15,9 @@ _DASHED = (0, (4, 2))
 
 
 @styled
-def overlay(fact: Frames, other: Frames, condition: str) -> Figure:
+def draw_futures(fact: Frames, other: Frames, condition: str) -> Figure:
     """Own ship as things are (solid) and in the changed future (dashed), with what each meets."""
-    one, two = series(fact), series(other)
+    one, two = to_series(fact), to_series(other)
     figure = new_figure(5.6, 8.4)
     above, middle, below = figure.subplots(3, 1, height_ratios=(3.2, 1, 1))
     _map(above, one, two)
@@ -37,7 +37,7 @@ def overlay(fact: Frames, other: Frames, condition: str) -> Figure:
 def _map(ax: Axes, one: Series, two: Series) -> None:
     at, step = maps.marks(one)
     maps.draw_others(ax, one, relative=False)
-    by_id = looks(one)
+    by_id = ship_styles(one)
     xs, ys = [nm(one.east_m), nm(two.east_m)], [nm(one.north_m), nm(two.north_m)]
     moved = {ship.id: ship for ship in two.ships}
     for ship in ships_of_note(one):

@@ -3,59 +3,59 @@
 from rich.table import Table
 from rich.text import Text
 
-from glasshelm.frames.phrases import course, degrees, lasting, miles, side
-from glasshelm.whatif.ask import Answer
-from glasshelm.whatif.outcome import Account, Alteration
+from glasshelm.frames.phrases import course, degrees, duration, miles, side
+from glasshelm.whatif.ask import WhatIfAnswer
+from glasshelm.whatif.outcome import Alteration, Outcome
 
 
-def table(answer: Answer) -> Table:
+def futures_table(answer: WhatIfAnswer) -> Table:
     """Alteration, nearest ship, danger and return by sub-task of both futures."""
-    start = answer.fact.branch.start
+    start = answer.factual.branch.start
     clock = f" ({start.time_utc})" if start.time_utc else ""
-    pilot = answer.fact.branch.pilot.name
+    pilot = answer.factual.branch.pilot.name
     # Names are whatever a ship calls herself: never read as markup.
     out = Table(title=Text(f"{start.source} from {start.time_s:g} s on{clock}, pilot {pilot}"))
     out.add_column("")
     out.add_column("as things are")
-    out.add_column(Text(answer.other.condition))
-    both = answer.fact_account, answer.other_account
+    out.add_column(Text(answer.counterfactual.condition))
+    both = answer.factual_outcome, answer.counterfactual_outcome
     rows = {
         "own ship": _course,
         "nearest": _nearest,
         "worst danger": _danger,
-        "in the domain": lambda told: lasting(told.inside_s),
+        "in the domain": lambda told: duration(told.inside_s),
         "return: waypoint": lambda told: f"{told.reward.waypoint:.2f}",
         "return: collision": lambda told: f"{told.reward.collision:.2f}",
-        "sailed": lambda told: lasting(told.lasts_s),
+        "sailed": lambda told: duration(told.lasts_s),
     }
     for name, tell in rows.items():
         out.add_row(name, *(Text(tell(told)) for told in both))
-    parted = answer.parted
-    when = "never" if parted.parts_s is None else f"from {parted.parts_s:g} s on"
+    parted = answer.differences
+    when = "never" if parted.diverge_s is None else f"from {parted.diverge_s:g} s on"
     out.caption = (
         f"The rudders part {when}, by {degrees(parted.rudder_rad)} at most; "
-        f"the tracks by {miles(parted.apart_m)}."
+        f"the tracks by {miles(parted.max_separation_m)}."
     )
     return out
 
 
-def _course(told: Account) -> str:
+def _course(told: Outcome) -> str:
     turn = told.alteration
     return f"keeps on {course(told.heading_rad)}" if turn is None else _turn(turn)
 
 
 def _turn(turn: Alteration) -> str:
-    size = f"{degrees(turn.turn_rad)} to {side(turn.turn_rad)} within {lasting(turn.within_s)}"
+    size = f"{degrees(turn.turn_rad)} to {side(turn.turn_rad)} within {duration(turn.within_s)}"
     return f"returns to course, {size}" if turn.returns else size
 
 
-def _nearest(told: Account) -> str:
+def _nearest(told: Outcome) -> str:
     ship = told.nearest
     if ship is None:
         return "–"
     return f"{miles(ship.closest_m)} {ship.name}, at {ship.closest_s:g} s"
 
 
-def _danger(told: Account) -> str:
+def _danger(told: Outcome) -> str:
     ship = told.worst
     return "none" if ship is None else f"{ship.danger:.2f} {ship.name}"

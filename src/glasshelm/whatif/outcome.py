@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 
 from glasshelm.frames.episodes import RELEASE_RAD, TURN_RAD
-from glasshelm.frames.schema import ByTask
-from glasshelm.whatif.counterfactual_rollout import Future, Row
+from glasshelm.frames.schema import BySubTask
+from glasshelm.whatif.counterfactual_rollout import BranchRollout, Row
 
 
 @dataclasses.dataclass(frozen=True)
-class Met:
+class ShipOutcome:
     """One ship in a future: how near she came and when, and the worst danger (Eq. 13)."""
 
     id: str
@@ -35,7 +35,7 @@ class Alteration:
 
 
 @dataclasses.dataclass(frozen=True)
-class Account:
+class Outcome:
     """A future in numbers.
 
     ``ships`` are those that were there, the nearest first; ``inside_s`` is the time
@@ -44,17 +44,17 @@ class Account:
     traffic; ``reward`` is the sum over all steps by sub-task (Eq. 16-18).
     """
 
-    ships: tuple[Met, ...]
+    ships: tuple[ShipOutcome, ...]
     inside_s: float
     length_m: float
     length_known: bool
-    reward: ByTask
+    reward: BySubTask
     heading_rad: float
     alteration: Alteration | None
-    lasts_s: float
+    duration_s: float
 
     @property
-    def nearest(self) -> Met | None:
+    def nearest(self) -> ShipOutcome | None:
         return self.ships[0] if self.ships else None
 
     @property
@@ -62,7 +62,7 @@ class Account:
         return bool(self.ships) and self.ships[0].closest_m < self.length_m
 
     @property
-    def worst(self) -> Met | None:
+    def worst(self) -> ShipOutcome | None:
         """The ship of the worst danger; None where the domain was never entered."""
         ship = max(self.ships, key=lambda s: s.danger, default=None)
         return ship if ship is not None and ship.danger > 0 else None
@@ -79,16 +79,16 @@ class Differences:
     how long after the branch.
     """
 
-    parts_s: float | None
+    diverge_s: float | None
     rudder_rad: float
-    apart_m: float
-    aside_rad: float
-    aside_s: float
+    max_separation_m: float
+    max_heading_change_rad: float
+    max_heading_change_s: float
 
 
-def account(future: Future) -> Account:
+def outcome_of(future: BranchRollout) -> Outcome:
     """The numbers of a future."""
-    traffic = future.moments.traffic
+    traffic = future.steps.traffic
     there = np.asarray(traffic.motion.present) & ~np.asarray(traffic.lost)
     range_m = np.where(there, np.asarray(traffic.range_m, float), np.inf)
     danger = np.where(there, np.asarray(traffic.danger, float), 0.0)
@@ -96,25 +96,25 @@ def account(future: Future) -> Account:
     for slot in np.flatnonzero(there.any(0)):
         info, k = future.branch.scenario.targets[slot], int(np.argmin(range_m[:, slot]))
         closest, at_s = float(range_m[k, slot]), float(future.time_s[k])
-        ships.append(Met(info.id, info.name, closest, at_s, float(danger[:, slot].max())))
+        ships.append(ShipOutcome(info.id, info.name, closest, at_s, float(danger[:, slot].max())))
     ships.sort(key=lambda ship: ship.closest_m)
     steps = slice(None, -1)  # the step after the last instant is not part of the future
     waypoint = float(np.sum(np.asarray(future.reward.waypoint, float)[steps]))
     collision = float(np.sum(np.asarray(future.reward.by_ship, float)[steps]))
     start, step_s = future.branch.start, future.branch.settings.step_s
-    return Account(
+    return Outcome(
         tuple(ships),
         float(np.count_nonzero((danger[1:] > 0).any(1)) * step_s),
         start.ship.loa_m,
         start.decision is None or start.decision.applied,
-        ByTask(waypoint, collision, waypoint + collision),
+        BySubTask(waypoint, collision, waypoint + collision),
         float(future.heading_rad[0]),
         _alteration(future),
         step_s * (len(future) - 1),
     )
 
 
-def differences(one: Future, other: Future) -> Differences:
+def differences(one: BranchRollout, other: BranchRollout) -> Differences:
     """Where the second future parts from the first."""
     count = min(len(one), len(other))
     rudder = np.abs(one.rudder_rad[:count] - other.rudder_rad[:count])
@@ -129,7 +129,7 @@ def differences(one: Future, other: Future) -> Differences:
     )
 
 
-def _alteration(future: Future) -> Alteration | None:
+def _alteration(future: BranchRollout) -> Alteration | None:
     heading = future.heading_rad
     off = heading - heading[0]
     beyond = np.flatnonzero(np.abs(off) >= TURN_RAD)
@@ -149,8 +149,8 @@ def _alteration(future: Future) -> Alteration | None:
     return Alteration(float(off[k]), step_s * k, step_s * half, returns)
 
 
-def _waypoint_bearing(future: Future, heading: Row) -> Row:
+def _waypoint_bearing(future: BranchRollout, heading: Row) -> Row:
     """The bearing of the waypoint relative to the heading, in [−π, π)."""
-    own, waypoint = future.moments.own, future.moments.waypoint
+    own, waypoint = future.steps.own, future.steps.waypoint
     course = np.arctan2(waypoint.x - own.east_m, waypoint.y - own.north_m)
     return (np.asarray(course, float) - heading + np.pi) % (2 * np.pi) - np.pi

@@ -1,4 +1,4 @@
-"""What axe-core finds wrong with a page for those who cannot see or hear it well."""
+"""Accessibility of a page by axe-core."""
 
 from pathlib import Path
 from typing import Any
@@ -8,8 +8,8 @@ from tests.missing import missing
 _AXE = Path(__file__).parents[3] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
 
-def faults(page: Any) -> list[str]:
-    """What axe-core calls serious or critical, a line each."""
+def axe_violations(page: Any) -> list[str]:
+    """Serious and critical violations, one line each."""
     if not _AXE.is_file():
         missing("axe-core is not installed: scripts/page check")
     page.add_script_tag(path=str(_AXE))

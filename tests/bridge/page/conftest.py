@@ -1,4 +1,4 @@
-"""A real server, a real browser: the page as a viewer has it."""
+"""A real server and a real browser: the page as a user sees it."""
 
 import dataclasses
 import hashlib
@@ -20,19 +20,19 @@ from tests.missing import missing, needed
 
 import glasshelm
 
-BUILT = Path(glasshelm.__file__).parent / "bridge" / "static" / "index.html"
-NAMES = ("chromium", "chromium-browser", "google-chrome")
+PAGE_FILE = Path(glasshelm.__file__).parent / "bridge" / "static" / "index.html"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-#: What the page does, or the server without compiling anything, takes so long there [s].
-PAGE_S = 60.0
+#: Timeout for what the page does, or the server without compiling anything [s].
+PAGE_TIMEOUT_S = 60.0
 T = TypeVar("T")
-#: No such pilot: a viewer's requests are done in turn, so what was asked before it has been done.
-_LAST = {"type": "pilot", "name": "nobody, after all that was asked"}
+#: No such pilot. Requests are done in order: its failure means that all before it are done.
+_LAST = {"type": "pilot", "name": "no such pilot"}
 
 
 @dataclasses.dataclass
 class Server:
-    """``glasshelm bridge`` as a process of its own, which can be killed and begun again."""
+    """``glasshelm bridge`` as a process of its own, which can be killed and restarted."""
 
     source: str
     port: int
@@ -43,12 +43,12 @@ class Server:
 
     @property
     def url(self) -> str:
-        """What is opened in the browser, with the token if one is needed."""
+        """The address of the page, with the token if there is one."""
         return f"http://127.0.0.1:{self.port}/{self._query}"
 
     @property
     def line(self) -> str:
-        """Where its WebSocket is."""
+        """The address of its WebSocket."""
         return f"ws://127.0.0.1:{self.port}/ws{self._query}"
 
     @property
@@ -57,7 +57,7 @@ class Server:
 
     def start(self) -> None:
         command = [sys.executable, "-m", "glasshelm", "bridge", self.source, *self.more]
-        options = ["--port", str(self.port), "--no-open", "--log", str(self.logs)]
+        options = ["--port", str(self.port), "--no-open", "--log-dir", str(self.logs)]
         options += ["--token", self.token] if self.token else []
         said = (self.logs / "server.txt").open("ab")
         path = [str(Path(glasshelm.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
@@ -81,10 +81,10 @@ class Server:
         """As a power cut would."""
         if self.process is not None:
             self.process.kill()
-            self.process.wait(PAGE_S)
+            self.process.wait(PAGE_TIMEOUT_S)
 
     def ask(self, *messages: dict[str, Any]) -> None:
-        """Say this to the server as another viewer, and wait until it has been done."""
+        """Send messages to the server as another viewer, and wait until they are done."""
         with viewing(self.line) as line:
             for message in messages:
                 line.send(json.dumps(message))
@@ -99,7 +99,7 @@ class Server:
         raise AssertionError("the server did not answer")
 
     def shown(self) -> dict[str, Any]:
-        """The messages that a viewer gets who comes now, by their type."""
+        """The messages that a new viewer receives, by their type."""
         got: dict[str, Any] = {}
         with viewing(self.line) as line:
             while not {"session", "frame", "alarms"} <= set(got):
@@ -108,7 +108,7 @@ class Server:
         return got
 
 
-#: The visible words of an element, those within its shadow too.
+#: The visible text of an element, including its shadow root.
 _WORDS = """
     found => found.shadowRoot
       ? [...found.shadowRoot.children].map(child => child.innerText ?? "").join("\\n")
@@ -117,17 +117,17 @@ _WORDS = """
 
 
 def words(page: Any, part: str) -> str:
-    """What a viewer reads in a part of the page, in one line; nothing where it is not there."""
+    """The visible text of a part of the page in one line, empty where there is none."""
     found = page.locator(part).evaluate_all(f"all => all.slice(0, 1).map({_WORDS})")
     return " ".join(" ".join(found).split())
 
 
 def wait_for(
-    get: Callable[[], T], good: Callable[[T], object], wanted: str, seconds: float = PAGE_S
+    get: Callable[[], T], good: Callable[[T], object], wanted: str, seconds: float = PAGE_TIMEOUT_S
 ) -> T:
-    """What this gives, once that is good; fails with what it gives instead of what is wanted.
+    """The result of ``get`` once it is ``good``; fails with the last result after a timeout.
 
-    For all that the page shows: it follows what is done to it, and to the server, in its own time.
+    The page follows its user and the server with a delay.
     """
     until = time.monotonic() + seconds
     while not good(got := get()):
@@ -137,18 +137,18 @@ def wait_for(
     return got
 
 
-def becomes(get: Callable[[], T], wanted: T, seconds: float = PAGE_S) -> None:
-    """Until this gives what is wanted; fails with what it gives instead."""
+def wait_until_equal(get: Callable[[], T], wanted: T, seconds: float = PAGE_TIMEOUT_S) -> None:
+    """Wait until ``get`` gives what is wanted; fails with what it gives instead."""
     wait_for(get, lambda got: got == wanted, repr(wanted), seconds)
 
 
-def until(done: Callable[[], bool], seconds: float = PAGE_S) -> None:
-    """Until this is so."""
-    becomes(done, True, seconds)
+def until(done: Callable[[], bool], seconds: float = PAGE_TIMEOUT_S) -> None:
+    """Wait until ``done`` is true."""
+    wait_until_equal(done, True, seconds)
 
 
-def wait_for_words(page: Any, part: str, pattern: str, seconds: float = PAGE_S) -> None:
-    """Until the words of a part hold the pattern; fails with what they are instead."""
+def wait_for_words(page: Any, part: str, pattern: str, seconds: float = PAGE_TIMEOUT_S) -> None:
+    """Wait until the text of a part matches; fails with the text instead."""
     wait_for(
         lambda: words(page, part),
         lambda said: re.search(pattern, said),
@@ -158,83 +158,85 @@ def wait_for_words(page: Any, part: str, pattern: str, seconds: float = PAGE_S) 
 
 
 def wait_for_pressed(page: Any, part: str, name: str) -> None:
-    """Until a button is the one pressed of its group."""
+    """Wait until a button is pressed."""
     button = page.locator(part).get_by_role("button", name=name, exact=True, pressed=True)
     button.wait_for()
 
 
 def canvas(page: Any) -> str:
-    """The picture of the plan, as a number that equal pictures have in common."""
+    """A hash of the plan's picture."""
     return hashlib.sha256(page.locator("gh-plan canvas").screenshot()).hexdigest()
 
 
-def other_canvas(page: Any, before: str) -> str:
-    """The picture of the plan, once it is another than before."""
+def wait_for_other_canvas(page: Any, before: str) -> str:
+    """The hash of the plan's picture, once it differs from ``before``."""
     return wait_for(lambda: canvas(page), lambda now: now != before, "another picture")
 
 
-def settled(page: Any) -> Any:
-    """The page, once it shows a frame, in its own letters, and nothing is being prepared."""
+def wait_until_ready(page: Any) -> Any:
+    """The page, once it shows a frame in its own font and nothing is being prepared."""
     page.wait_for_selector("gh-plan canvas[aria-label*='range']", timeout=1000 * PATIENCE_S)
     page.wait_for_selector("gh-top-bar .preparing", state="detached", timeout=1000 * PATIENCE_S)
     page.evaluate("document.fonts.ready.then(() => null)")
     return page
 
 
-def chromium_found() -> str | None:
-    """The browser named in the environment, or Debian's."""
+def find_chromium() -> str | None:
+    """The browser named in the environment, or the installed one."""
     named = os.environ.get("GLASSHELM_CHROMIUM")
-    return named or next((path for path in map(shutil.which, NAMES) if path), None)
+    return named or next((path for path in map(shutil.which, BROWSERS) if path), None)
 
 
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """Debian's Chromium; these tests are skipped where there is none (tests/missing.py).
+    """Chromium; without it these tests are skipped, or fail in CI (tests/missing.py).
 
-    Not for the whole session: while it is driven an event loop runs in this
-    thread, and no test of another module could begin one of its own.
+    Per module, because Playwright runs an event loop in this thread meanwhile: tests of other
+    modules could not start one of their own.
     """
     playwright = needed("playwright.sync_api")
-    found = chromium_found()
+    found = find_chromium()
     if found is None:
         missing("no Chromium on this machine: scripts/install-chromium installs it")
-    if not BUILT.is_file():
+    if not PAGE_FILE.is_file():
         missing("the page is not built: make page")
     with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=found, args=FLAGS, timeout=1000 * PAGE_S)
+        browser = started.chromium.launch(
+            executable_path=found, args=FLAGS, timeout=1000 * PAGE_TIMEOUT_S
+        )
         yield browser
         browser.close()
 
 
 @pytest.fixture(scope="module")
 def serve(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Server]]:
-    """Begin a server of a source; all are ended with the module."""
+    """Starts servers, which end with the module."""
     begun: list[Server] = []
 
-    def begin(source: str, *more: str, token: str = "") -> Server:
+    def start_server(source: str, *more: str, token: str = "") -> Server:
         server = Server(source, free_port(), tmp_path_factory.mktemp("logs"), more, token)
         server.start()
         begun.append(server)
         return server
 
-    yield begin
+    yield start_server
     for server in begun:
         server.kill()
 
 
 @pytest.fixture
-def look(chromium: Any) -> Iterator[Callable[..., Any]]:
-    """Open the page as a new viewer, settled; any error in its console fails the test."""
+def open_page(chromium: Any) -> Iterator[Callable[..., Any]]:
+    """Opens the page as a new viewer, waits for a frame; an error in its console is a failure."""
     contexts: list[Any] = []
     errors: list[str] = []
 
-    def visit(server: Server, width: int = 1280, height: int = 800, **settings: Any) -> Any:
+    def open_at(server: Server, width: int = 1280, height: int = 800, **settings: Any) -> Any:
         context = chromium.new_context(
             viewport={"width": width, "height": height}, bypass_csp=True, reduced_motion="reduce"
         )
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(1000 * PAGE_S)
+        page.set_default_timeout(1000 * PAGE_TIMEOUT_S)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda m: errors.append(m.text) if m.type == "error" else None)
         if settings:
@@ -243,10 +245,10 @@ def look(chromium: Any) -> Iterator[Callable[..., Any]]:
                 f"localStorage.getItem('glasshelm') ?? localStorage.setItem('glasshelm', {kept})"
             )
         page.goto(server.url)
-        return settled(page)
+        return wait_until_ready(page)
 
-    yield visit
+    yield open_at
     for context in contexts:
         context.close()
-    # A connection that is refused while a server is down is the browser's line, not the page's.
+    # A refused connection while the server is down is reported by the browser, not by the page.
     assert [e for e in errors if "ERR_CONNECTION" not in e and "WebSocket" not in e] == []

@@ -1,8 +1,8 @@
-"""Make the pictures of the page that README and docs show.
+"""Make the screenshots of README and docs.
 
     python -m tests.bridge.page.pictures [PORT]       # writes docs/images/bridge-*.png
 
-``PORT`` is that of a `glasshelm bridge random:35` which runs already; else one is begun.
+``PORT`` is that of a running `glasshelm bridge random:35`; without it one is started.
 """
 
 import json
@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-from tests.bridge.page.conftest import FLAGS, PATIENCE_S, Server, chromium_found
+from tests.bridge.page.conftest import FLAGS, PATIENCE_S, Server, find_chromium
 from tests.bridge.process import free_port
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
@@ -19,11 +19,11 @@ SOURCE, PILOT, TIME_S = "random:35", "paper-attention", 255
 PICTURES = {"bridge-day": "day", "bridge-night": "night"}
 
 
-def photographed(server: Server) -> None:
-    """Write the pictures of what a server of the source shows."""
+def take_screenshots(server: Server) -> None:
+    """Write the screenshots of what the server shows."""
     server.ask({"type": "pause"}, {"type": "seek", "time_s": TIME_S})
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium_found(), args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=FLAGS)
         for name, palette in PICTURES.items():
             page = browser.new_page(
                 viewport={"width": 1280, "height": 800}, reduced_motion="reduce", bypass_csp=True
@@ -32,7 +32,7 @@ def photographed(server: Server) -> None:
             kept = json.dumps(json.dumps({"level": 2, "palette": palette}))
             page.add_init_script(f"localStorage.setItem('glasshelm', {kept})")
             page.goto(server.url)
-            page.wait_for_selector("gh-why gh-plot canvas")
+            page.wait_for_selector("gh-explanation gh-plot canvas")
             page.wait_for_timeout(1000)
             page.wait_for_function("performance.now() % 1000 < 100")  # flashing things are bright
             page.screenshot(path=IMAGES / f"{name}.png")
@@ -46,7 +46,7 @@ def main() -> None:
         try:
             if not sys.argv[1:]:
                 server.start()
-            photographed(server)
+            take_screenshots(server)
         finally:
             server.kill()
 

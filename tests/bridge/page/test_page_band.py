@@ -1,4 +1,4 @@
-"""The certified band on the rudder scale: round the rudder that it is for, and no other."""
+"""The certified band on the rudder scale, shown only for its own frame."""
 
 import math
 import re
@@ -6,29 +6,29 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.axe import faults
+from tests.bridge.page.axe import axe_violations
 from tests.bridge.page.conftest import (
     PATIENCE_S,
     Server,
-    becomes,
     until,
     wait_for_pressed,
     wait_for_words,
+    wait_until_equal,
     words,
 )
 
-Visit = Callable[..., Any]
-BRACKET = "gh-advice path.band"
+OpenPage = Callable[..., Any]
+BRACKET = "gh-advice path.bracket"
 WITHIN = "while errors stay within 10 m, 0.5°, 0.1 kn"
 
 
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
-    return serve("random:35", "--pilot", "paper-sum", "--errors", "10,0.5,0.1")
+    return serve("random:35", "--pilot", "paper-sum", "--sensor-errors", "10,0.5,0.1")
 
 
 def begin(server: Server, pilot: str) -> None:
-    """At five minutes of the voyage, paused."""
+    """Open the encounter, paused at five minutes."""
     server.ask(
         {"type": "open", "source": "random:35", "pilot": pilot, "ship": "paper"},
         {"type": "pause"},
@@ -36,8 +36,8 @@ def begin(server: Server, pilot: str) -> None:
     )
 
 
-def bracketed(page: Any) -> None:
-    """Until a band is shown: the programs for the first one are compiled."""
+def wait_for_bracket(page: Any) -> None:
+    """Wait until a band is shown; for the first one programs are compiled."""
     page.wait_for_selector(BRACKET, timeout=1000 * PATIENCE_S)
 
 
@@ -47,10 +47,10 @@ def edges(page: Any, part: str) -> tuple[float, float]:
     return box["x"], box["x"] + box["width"]
 
 
-def test_the_advised_rudder_lies_within_the_bracket(server: Server, look: Visit) -> None:
+def test_the_advised_rudder_lies_within_the_bracket(server: Server, open_page: OpenPage) -> None:
     begin(server, "paper-sum")
-    page = look(server)
-    bracketed(page)
+    page = open_page(server)
+    wait_for_bracket(page)
 
     def within() -> bool:
         low, high = edges(page, BRACKET)
@@ -63,16 +63,14 @@ def test_the_advised_rudder_lies_within_the_bracket(server: Server, look: Visit)
     sure = "amidships" if midships else f"to {'starboard' if order > 0 else 'port'}"
     words_of_it = f"certain: {sure}|{'amidships' if midships else 'side'} not certain"
     # No more than this at first.
-    wait_for_words(page, "gh-advice .certain", f"(?i)^({words_of_it})$")
+    wait_for_words(page, "gh-advice .band-text", f"(?i)^({words_of_it})$")
 
 
-def test_deeper_levels_say_between_which_rudders_and_for_which_errors(
-    server: Server, look: Visit
-) -> None:
+def test_higher_levels_show_the_band_and_its_errors(server: Server, open_page: OpenPage) -> None:
     begin(server, "paper-sum")
-    page = look(server, level=2)
-    wait_for_words(page, "gh-advice .certain", WITHIN, PATIENCE_S)
-    said = words(page, "gh-advice .certain")
+    page = open_page(server, level=2)
+    wait_for_words(page, "gh-advice .band-text", WITHIN, PATIENCE_S)
+    said = words(page, "gh-advice .band-text")
     found = re.search(r"between ([\d.]+)°(?: to (\w+))? and ([\d.]+)° to (\w+)", said)
     assert found or "any rudder is possible" in said
     if found:
@@ -83,33 +81,33 @@ def test_deeper_levels_say_between_which_rudders_and_for_which_errors(
         assert min(a, b) <= order <= max(a, b)
 
 
-def test_the_band_goes_with_its_frame(server: Server, look: Visit) -> None:
+def test_the_band_disappears_with_its_frame(server: Server, open_page: OpenPage) -> None:
     begin(server, "paper-sum")
-    page = look(server)
-    bracketed(page)
+    page = open_page(server)
+    wait_for_bracket(page)
     server.ask({"type": "rate", "rate": 60}, {"type": "play"})
     page.wait_for_selector(BRACKET, state="detached")
     server.ask({"type": "pause"})
-    bracketed(page)
+    wait_for_bracket(page)
 
 
-def test_an_attention_pilot_has_none_and_the_third_level_says_so(
-    server: Server, look: Visit
+def test_an_attention_pilot_has_no_band_and_level_3_says_why(
+    server: Server, open_page: OpenPage
 ) -> None:
     begin(server, "paper-attention")
-    page = look(server, level=3)
+    page = open_page(server, level=3)
     wait_for_words(page, "gh-advice", "(?i)no certified band: paper-attention has an att")
-    becomes(page.locator(BRACKET).count, 0)
+    wait_until_equal(page.locator(BRACKET).count, 0)
     page.keyboard.press("1")
-    wait_for_pressed(page, "gh-top-bar", "Look")
+    wait_for_pressed(page, "gh-top-bar", "Basic")
     until(lambda: "certified" not in words(page, "gh-advice"))
 
 
 @pytest.mark.parametrize("palette", ["day", "dusk", "night"])
 def test_axe_finds_no_serious_fault_beside_a_band(
-    server: Server, look: Visit, palette: str
+    server: Server, open_page: OpenPage, palette: str
 ) -> None:
     begin(server, "paper-sum")
-    page = look(server, palette=palette, level=2)
-    bracketed(page)
-    assert faults(page) == []
+    page = open_page(server, palette=palette, level=2)
+    wait_for_bracket(page)
+    assert axe_violations(page) == []

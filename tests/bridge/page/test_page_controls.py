@@ -1,4 +1,4 @@
-"""Every control beside those of the voyage: each is operated, and what it does is seen."""
+"""Every control of the display: operate it, and see what it does."""
 
 import math
 from collections.abc import Callable
@@ -8,16 +8,16 @@ import pytest
 from tests.bridge.page.conftest import (
     PATIENCE_S,
     Server,
-    becomes,
     canvas,
-    other_canvas,
     until,
     wait_for,
+    wait_for_other_canvas,
     wait_for_pressed,
     wait_for_words,
+    wait_until_equal,
 )
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
@@ -36,14 +36,14 @@ def voyage(server: Server) -> None:
     )
 
 
-def wait_for_marked(page: Any, kind: str, *ids: str) -> None:
-    """Until the rows of these ships, and no others, are selected or hovered."""
+def wait_for_rows(page: Any, kind: str, *ids: str) -> None:
+    """Wait until exactly these ships' rows have the class."""
     rows = page.locator(f"gh-target-list tr.{kind}")
-    becomes(lambda: tuple(rows.evaluate_all("all => all.map(row => row.dataset.id)")), ids)
+    wait_until_equal(lambda: tuple(rows.evaluate_all("all => all.map(row => row.dataset.id)")), ids)
 
 
-def test_shortcuts_work_while_the_slider_has_the_focus(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_shortcuts_work_while_the_slider_has_focus(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     slider = page.get_by_label("Time", exact=True).last
     slider.focus()
     page.keyboard.press("h")
@@ -65,19 +65,19 @@ def test_shortcuts_work_while_the_slider_has_the_focus(server: Server, look: Vis
     until(lambda: slider.evaluate("e => e.getRootNode().activeElement === e"))
 
 
-def test_a_list_in_focus_keeps_its_digits_and_nothing_else(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_a_focused_list_keeps_only_its_digits(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     minutes = page.get_by_label("Vector time")
     minutes.focus()
     page.keyboard.press("v")
     wait_for_pressed(page, "gh-plan-bar", "R")
     page.keyboard.press("3")
     until(lambda: minutes.input_value().startswith("3"))  # the digit was the list's
-    wait_for_pressed(page, "gh-top-bar", "Look")
+    wait_for_pressed(page, "gh-top-bar", "Basic")
 
 
-def test_vectors_and_trails_are_as_long_as_they_say(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_vector_and_trail_times_change_the_picture(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.mouse.move(5, 5)
     bar, picture = page.locator("gh-plan-bar"), canvas(page)
     for label, choices in (
@@ -87,7 +87,7 @@ def test_vectors_and_trails_are_as_long_as_they_say(server: Server, look: Visit)
         seen = set()
         for minutes in choices:
             bar.get_by_label(label).select_option(minutes)
-            picture = other_canvas(page, picture)
+            picture = wait_for_other_canvas(page, picture)
             seen.add(picture)
         assert len(seen) == len(choices), label
     minutes = bar.get_by_label("Vector time")
@@ -95,30 +95,30 @@ def test_vectors_and_trails_are_as_long_as_they_say(server: Server, look: Visit)
     page.locator("gh-plan canvas").focus()
     for key, chosen in (("]", "12"), ("]", "20"), ("[", "12")):
         page.keyboard.press(key)
-        becomes(minutes.input_value, chosen)
+        wait_until_equal(minutes.input_value, chosen)
     true = canvas(page)
     page.keyboard.press("v")
     wait_for_pressed(page, "gh-plan-bar", "R")
-    other_canvas(page, true)
+    wait_for_other_canvas(page, true)
     bar.get_by_role("button", name="T", exact=True).click()
     page.mouse.move(5, 5)
-    becomes(lambda: canvas(page), true)
+    wait_until_equal(lambda: canvas(page), true)
 
 
-def test_orientation_and_motion_turn_and_shift_the_picture(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_orientation_and_motion_change_the_picture(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.mouse.move(5, 5)
     seen = [canvas(page)]
     for name in ("H UP", "N UP", "C UP", "TM"):
         page.locator("gh-plan-bar").get_by_role("button", name=name, exact=True).click()
         page.mouse.move(5, 5)
-        seen.append(other_canvas(page, seen[-1]))
+        seen.append(wait_for_other_canvas(page, seen[-1]))
     assert len(set(seen[1:])) == 4
     page.locator("gh-plan canvas[aria-label*='course-up, true motion']").wait_for()
 
 
-def test_range_by_buttons_keys_and_wheel(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_range_is_set_by_buttons_keys_and_wheel(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     bar = page.locator("gh-plan-bar")
     for nm in ("3", "1.5", "0.75"):
         bar.get_by_role("button", name="Smaller range").click()
@@ -135,8 +135,8 @@ def test_range_by_buttons_keys_and_wheel(server: Server, look: Visit) -> None:
     wait_for_words(page, "gh-plan-bar", "24 NM rings 4 NM")
 
 
-def test_a_click_on_the_picture_selects_the_ship_there(server: Server, look: Visit) -> None:
-    page = look(server, level=3)
+def test_a_click_on_the_picture_selects_the_ship_there(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server, level=3)
     box = page.locator("gh-plan").bounding_box()
     radius = min(box["width"], box["height"]) / 2 - 34
     frame = server.shown()["frame"]["frame"]
@@ -152,14 +152,14 @@ def test_a_click_on_the_picture_selects_the_ship_there(server: Server, look: Vis
     alone = max(near, key=lambda id: min(math.dist(near[id], near[o]) for o in near if o != id))
     page.mouse.click(*near[alone])
     page.mouse.move(5, 5)
-    wait_for_marked(page, "selected", alone)
-    wait_for_marked(page, "hovered")
+    wait_for_rows(page, "selected", alone)
+    wait_for_rows(page, "hovered")
     page.mouse.click(box["x"] + 4, box["y"] + 4)
-    wait_for_marked(page, "selected")
+    wait_for_rows(page, "selected")
 
 
-def test_detail_and_palette_by_their_buttons(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_detail_and_palette_are_set_by_buttons(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     top = page.locator("gh-top-bar")
     plan = page.locator("gh-plan")
 
@@ -169,7 +169,7 @@ def test_detail_and_palette_by_their_buttons(server: Server, look: Visit) -> Non
         )
 
     width = math.inf
-    for name in ("Look", "Why", "All"):
+    for name in ("Basic", "Why", "All"):
         top.get_by_role("button", name=name, exact=True).click()
         wait_for_pressed(page, "gh-top-bar", name)
         width = narrower(width)
@@ -181,64 +181,64 @@ def test_detail_and_palette_by_their_buttons(server: Server, look: Visit) -> Non
     assert len(colours) == 3
 
 
-def test_list_by_keyboard_and_its_two_lengths(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_the_list_works_by_keyboard_and_expands(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     rows = page.locator("gh-target-list tbody tr")
-    becomes(rows.count, 6)
+    wait_until_equal(rows.count, 6)
     first, second = rows.evaluate_all("all => all.slice(0, 2).map(row => row.dataset.id)")
     rows.nth(1).get_by_role("button").focus()
-    wait_for_marked(page, "hovered", second)
+    wait_for_rows(page, "hovered", second)
     page.keyboard.press("Enter")
-    wait_for_marked(page, "selected", second)
+    wait_for_rows(page, "selected", second)
     page.keyboard.press("ArrowUp")
-    wait_for_marked(page, "selected", first)
+    wait_for_rows(page, "selected", first)
     page.keyboard.press("ArrowDown")
-    wait_for_marked(page, "selected", second)
+    wait_for_rows(page, "selected", second)
     whole = len(server.shown()["frame"]["frame"]["targets"])
     page.get_by_role("button", name=f"All {whole}").click()
-    becomes(rows.count, whole)
+    wait_until_equal(rows.count, whole)
     page.get_by_role("button", name="Fewer").click()
-    becomes(rows.count, 6)
+    wait_until_equal(rows.count, 6)
 
 
-def test_a_ship_named_in_the_sentence_lights_up_and_is_selected(
-    server: Server, look: Visit
+def test_a_ship_named_in_the_sentence_is_highlighted_and_selected(
+    server: Server, open_page: OpenPage
 ) -> None:
-    page = look(server)
+    page = open_page(server)
     named = page.locator("gh-sentence .ship").first
     targets, name = server.shown()["frame"]["frame"]["targets"], named.inner_text()
     (said,) = (t["id"] for t in targets if t["name"].endswith(name))
     page.get_by_role("button", name="All").last.click()
-    becomes(page.locator("gh-target-list tbody tr").count, len(targets))
+    wait_until_equal(page.locator("gh-target-list tbody tr").count, len(targets))
     named.hover()
-    wait_for_marked(page, "hovered", said)
+    wait_for_rows(page, "hovered", said)
     named.click()
     page.mouse.move(5, 5)
-    wait_for_marked(page, "selected", said)
+    wait_for_rows(page, "selected", said)
 
 
-def test_alarms_are_acknowledged_all_at_once_and_lead_to_their_ships(
-    server: Server, look: Visit
+def test_alarms_select_their_ships_and_are_acknowledged_together(
+    server: Server, open_page: OpenPage
 ) -> None:
-    page = look(server, level=3)
+    page = open_page(server, level=3)
     server.ask({"type": "limits", "dcpa_m": 9260.0, "tcpa_s": 3600.0})
     alarms = server.shown()["alarms"]["alarms"]
     assert len(alarms) > 3
     strip = page.locator("gh-alarm-strip")
     wait_for_words(page, "gh-alarm-strip", f"and {len(alarms) - 2} more")
     soonest = min(alarms, key=lambda alarm: alarm["tcpa_s"])
-    strip.locator("button.cause").first.click()
+    strip.locator("button.alarm-text").first.click()
     page.mouse.move(5, 5)
-    wait_for_marked(page, "selected", soonest["target"])
-    becomes(page.locator("gh-target-list tr.unacknowledged").count, len(alarms))
+    wait_for_rows(page, "selected", soonest["target"])
+    wait_until_equal(page.locator("gh-target-list tr.unacknowledged").count, len(alarms))
     strip.get_by_role("button", name=f"Acknowledge all {len(alarms)}").click()
     page.locator("gh-alarm-strip li.unacknowledged").first.wait_for(state="detached")
     wait_for_words(page, "gh-alarm-strip", "CPA")
     assert {a["state"] for a in server.shown()["alarms"]["alarms"]} == {"acknowledged"}
 
 
-def test_an_encounter_is_opened_with_the_pilot_chosen(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_an_encounter_opens_with_the_chosen_pilot(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.get_by_role("button", name="Menu").click()
     page.locator("#scenario").select_option("imazu:1")
     page.locator("#open-pilot").select_option("large-ship-waypoint")

@@ -7,19 +7,19 @@ from datetime import datetime, timedelta
 from typing import Any
 
 import pytest
-from tests.bridge.page.axe import faults
+from tests.bridge.page.axe import axe_violations
 from tests.bridge.page.conftest import (
-    PAGE_S,
+    PAGE_TIMEOUT_S,
     Server,
-    becomes,
-    settled,
     wait_for,
     wait_for_words,
+    wait_until_equal,
+    wait_until_ready,
     words,
 )
 
-Visit = Callable[..., Any]
-#: Nothing that the page does may keep it from the next picture for so long [ms].
+OpenPage = Callable[..., Any]
+#: The longest acceptable time without a new picture [ms].
 LONGEST_GAP_MS = 1500
 
 
@@ -40,24 +40,24 @@ def many(server: Server) -> Server:
     return server
 
 
-def test_the_token_in_the_address_lets_in_and_is_kept(server: Server, chromium: Any) -> None:
+def test_the_token_of_the_address_grants_access_and_is_kept(server: Server, chromium: Any) -> None:
     context = chromium.new_context()
     page = context.new_page()
-    page.set_default_timeout(1000 * PAGE_S)
+    page.set_default_timeout(1000 * PAGE_TIMEOUT_S)
     plain = server.url.partition("?")[0]
     refused = page.goto(plain)
     assert refused.status == 403
     assert "?token=" in page.inner_text("body")
     page.goto(server.url)
-    settled(page)
+    wait_until_ready(page)
     page.goto(plain)  # the cookie has it now
     wait_for_words(page, "gh-top-bar .state", "Playing|Paused")
     context.close()
 
 
-def test_new_york_is_played_and_sought_in_utc(server: Server, look: Visit) -> None:
+def test_new_york_is_played_and_seeks_in_utc(server: Server, open_page: OpenPage) -> None:
     server.ask({"type": "pause"}, {"type": "seek", "time_s": 120})
-    page, shown = look(server), server.shown()
+    page, shown = open_page(server), server.shown()
     frame = shown["frame"]["frame"]
     wait_for_words(page, "gh-top-bar", "Recorded")
     wait_for_words(page, "gh-top-bar .time", f"{frame['time_utc'][11:19]} UTC")
@@ -69,54 +69,52 @@ def test_new_york_is_played_and_sought_in_utc(server: Server, look: Visit) -> No
     wait_for_words(page, "#scenario option:checked", "New York")
 
 
-def test_of_200_ships_those_under_alarm_then_the_nearest_by_cpa_are_first(
-    many: Server, look: Visit
-) -> None:
-    page, shown = look(many), many.shown()
+def test_alarms_then_closeness_order_a_list_of_200_ships(many: Server, open_page: OpenPage) -> None:
+    page, shown = open_page(many), many.shown()
     targets, alarms = shown["frame"]["frame"]["targets"], shown["alarms"]["alarms"]
     assert len(targets) == 200
     rows = page.locator("gh-target-list tbody tr")
-    becomes(rows.count, 6)
+    wait_until_equal(rows.count, 6)
     page.get_by_role("button", name="All 200").click()
-    becomes(rows.count, 200)
+    wait_until_equal(rows.count, 200)
     order = rows.evaluate_all("all => all.map(row => row.dataset.id)")
     assert sorted(order) == sorted(t["id"] for t in targets)
     told = sorted(alarms, key=lambda a: (a["state"] == "acknowledged", a["tcpa_s"], a["dcpa_m"]))
     assert order[: len(told)] == [alarm["target"] for alarm in told]
-    near = {t["id"]: _closeness(t) for t in targets}
+    near = {t["id"]: closeness(t) for t in targets}
     listed = [near[id] for id in order[len(told) :]]
     assert all(a >= b - 2e-6 for a, b in itertools.pairwise(listed))
 
 
 @pytest.mark.parametrize("level", [1, 2, 3])
-def test_ships_that_the_alarms_name_have_a_number_and_a_row(
-    many: Server, look: Visit, level: int
+def test_ships_named_by_alarms_have_a_badge_and_a_row(
+    many: Server, open_page: OpenPage, level: int
 ) -> None:
     alarms = many.shown()["alarms"]["alarms"]
     assert len(alarms) > 6
-    page = look(many, level=level)
+    page = open_page(many, level=level)
     rows = page.locator("gh-target-list tbody tr")
-    becomes(lambda: rows.first.get_attribute("data-id"), alarms[0]["target"])
-    becomes(page.locator("gh-target-list tbody tr.alarm").count, 6)
-    named = page.locator("gh-alarm-strip li:not(.more):not(.all) .chip").all_inner_texts()
-    assert named == page.locator("gh-target-list tbody .chip").all_inner_texts()[: len(named)]
+    wait_until_equal(lambda: rows.first.get_attribute("data-id"), alarms[0]["target"])
+    wait_until_equal(page.locator("gh-target-list tbody tr.alarm").count, 6)
+    named = page.locator("gh-alarm-strip li:not(.more):not(.all) .badge").all_inner_texts()
+    assert named == page.locator("gh-target-list tbody .badge").all_inner_texts()[: len(named)]
     assert all(named)
 
 
-def _closeness(target: dict[str, Any]) -> float:
+def closeness(target: dict[str, Any]) -> float:
     """How soon and near she comes: the order where the pilot has no opinion (web ranking.ts)."""
     if target["tcpa_s"] <= 0:
         return 0.3 * math.exp(-target["range_m"] / 1852)
     return math.exp(-target["dcpa_m"] / 1852 - target["tcpa_s"] / 900)
 
 
-def test_with_200_ships_the_page_goes_on_answering(many: Server, look: Visit) -> None:
-    """All of them listed, playing, two frames a second: pictures come, and a key is obeyed.
+def test_the_page_stays_responsive_with_200_ships(many: Server, open_page: OpenPage) -> None:
+    """With all of them listed and two frames per second, pictures come and a key works.
 
     Whatever else the machine does keeps the page from its pictures too, but not always: what the
     page itself does is in every stretch of time in which a frame comes.
     """
-    page = look(many, level=3)
+    page = open_page(many, level=3)
     page.get_by_role("button", name="All 200").click()
     many.ask({"type": "rate", "rate": 10}, {"type": "play"})
 
@@ -140,6 +138,6 @@ def test_with_200_ships_the_page_goes_on_answering(many: Server, look: Visit) ->
     many.ask({"type": "pause"})
 
 
-def test_axe_finds_no_serious_fault_among_200(many: Server, look: Visit) -> None:
+def test_axe_finds_no_serious_fault_among_200(many: Server, open_page: OpenPage) -> None:
     many.ask({"type": "pause"})
-    assert faults(look(many, level=3)) == []
+    assert axe_violations(open_page(many, level=3)) == []

@@ -1,4 +1,4 @@
-"""Day, dusk, night: how bright the page is, and that all can use it (axe-core)."""
+"""Day, dusk and night palettes: brightness and accessibility."""
 
 import io
 from collections.abc import Callable
@@ -7,10 +7,10 @@ from typing import Any
 import matplotlib.image
 import numpy as np
 import pytest
-from tests.bridge.page.axe import faults
+from tests.bridge.page.axe import axe_violations
 from tests.bridge.page.conftest import Server
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +27,8 @@ def luminance(page: Any) -> np.ndarray:
     return linear @ np.array([0.2126, 0.7152, 0.0722])
 
 
-def test_night_is_dark_and_day_is_light(server: Server, look: Visit) -> None:
-    day, dusk, night = (luminance(look(server, palette=p)) for p in ("day", "dusk", "night"))
+def test_night_is_dark_and_day_is_light(server: Server, open_page: OpenPage) -> None:
+    day, dusk, night = (luminance(open_page(server, palette=p)) for p in ("day", "dusk", "night"))
     assert day.mean() > 0.7
     assert 0.01 < dusk.mean() < 0.1
     assert night.mean() < 0.02
@@ -38,19 +38,21 @@ def test_night_is_dark_and_day_is_light(server: Server, look: Visit) -> None:
 
 @pytest.mark.parametrize("palette", ["day", "dusk", "night"])
 @pytest.mark.parametrize("level", [1, 3])
-def test_axe_finds_no_serious_fault(server: Server, look: Visit, palette: str, level: int) -> None:
-    page = look(server, palette=palette, level=level)
-    assert faults(page) == []
+def test_axe_finds_no_serious_fault(
+    server: Server, open_page: OpenPage, palette: str, level: int
+) -> None:
+    page = open_page(server, palette=palette, level=level)
+    assert axe_violations(page) == []
     page.keyboard.press("?")
     page.get_by_role("dialog").wait_for()
-    assert faults(page) == []
+    assert axe_violations(page) == []
 
 
-def test_axe_would_find_one(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_axe_finds_a_deliberate_fault(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.evaluate("""() => {
         const picture = document.createElement('img');
         picture.src = './icon.svg';
         document.body.append(picture);
     }""")
-    assert any("image-alt" in fault for fault in faults(page))
+    assert any("image-alt" in fault for fault in axe_violations(page))

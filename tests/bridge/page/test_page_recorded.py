@@ -1,4 +1,4 @@
-"""Recorded traffic: many ships, a pilot who only advises, and what lies outside her training."""
+"""Recorded traffic: many ships, a pilot that only advises, and the training envelope."""
 
 import math
 import re
@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import Server, becomes, until, wait_for_words
+from tests.bridge.page.conftest import Server, until, wait_for_words, wait_until_equal
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
@@ -18,8 +18,8 @@ def server(serve: Callable[..., Server]) -> Server:
     return server
 
 
-def test_advice_is_called_advice_and_time_is_utc(server: Server, look: Visit) -> None:
-    page, shown = look(server), server.shown()
+def test_advice_is_labelled_as_advice_and_time_is_utc(server: Server, open_page: OpenPage) -> None:
+    page, shown = open_page(server), server.shown()
     wait_for_words(page, "gh-advice", "(?i)advice.*advises only")
     wait_for_words(page, "gh-advice", "no sensor")  # the recording has no rudder
     cog = round(math.degrees(shown["frame"]["frame"]["own"]["heading_rad"])) % 360
@@ -30,22 +30,26 @@ def test_advice_is_called_advice_and_time_is_utc(server: Server, look: Visit) ->
     wait_for_words(page, "gh-top-bar .time", f"{clock} UTC")
 
 
-def test_what_lies_outside_the_training_is_flagged(server: Server, look: Visit) -> None:
-    outside = server.shown()["frame"]["frame"]["outside"]
-    page = look(server)
-    wait_for_words(page, "gh-outside p", f"Outside the pilot's training: {re.escape(outside[0])}")
+def test_a_situation_outside_the_training_envelope_is_flagged(
+    server: Server, open_page: OpenPage
+) -> None:
+    outside = server.shown()["frame"]["frame"]["outside_training"]
+    page = open_page(server)
+    wait_for_words(
+        page, "gh-envelope-warning p", f"Outside the pilot's training: {re.escape(outside[0])}"
+    )
     page.keyboard.press("3")
     for line in outside:
-        wait_for_words(page, "gh-outside p", re.escape(line))
+        wait_for_words(page, "gh-envelope-warning p", re.escape(line))
 
 
-def test_list_is_small_until_asked_and_ages_are_told(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_the_list_expands_on_request_and_shows_ages(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     targets = server.shown()["frame"]["frame"]["targets"]
     rows = page.locator("gh-target-list tbody tr")
-    becomes(rows.count, 6)
+    wait_until_equal(rows.count, 6)
     page.get_by_role("button", name=f"All {len(targets)}").click()
-    becomes(rows.count, len(targets))
+    wait_until_equal(rows.count, len(targets))
     for target in targets[:20]:
         age_s, lost = target["age_s"], "lost " if target.get("lost") else ""
         age = f"{round(age_s)} s" if age_s < 99.5 else f"{round(age_s / 60)} min"
@@ -53,25 +57,27 @@ def test_list_is_small_until_asked_and_ages_are_told(server: Server, look: Visit
         wait_for_words(page, f"{row} .age", f"^{lost}{age}$")
 
 
-def chips(page: Any, part: str) -> list[tuple[str, str]]:
-    """The numbers of ships in a part of the page, each with its colour."""
-    told = page.locator(f"{part} .chip").evaluate_all(
+def badges(page: Any, part: str) -> list[tuple[str, str]]:
+    """The ship badges in a part of the page: number and colour."""
+    told = page.locator(f"{part} .badge").evaluate_all(
         "all => all.map(e => [e.textContent.trim(), getComputedStyle(e).backgroundColor])"
     )
     return sorted((number, colour) for number, colour in told if number)
 
 
-def test_colours_are_one_a_ship(server: Server, look: Visit) -> None:
-    """Six ships of note, six numbers, none twice; the same in list and plots."""
-    page = look(server, level=3)
-    becomes(lambda: [number for number, _ in chips(page, "gh-target-list")], list("123456"))
-    plot = "gh-why article:first-child"
-    page.locator(f"{plot} .chip").first.wait_for()
-    until(lambda: set(chips(page, plot)) <= set(chips(page, "gh-target-list")))
+def test_each_coloured_ship_has_its_own_colour(server: Server, open_page: OpenPage) -> None:
+    """Six coloured ships have six numbers, the same in list and plots."""
+    page = open_page(server, level=3)
+    wait_until_equal(
+        lambda: [number for number, _ in badges(page, "gh-target-list")], list("123456")
+    )
+    plot = "gh-explanation article:first-child"
+    page.locator(f"{plot} .badge").first.wait_for()
+    until(lambda: set(badges(page, plot)) <= set(badges(page, "gh-target-list")))
 
 
-def cut_off(page: Any, width: int, height: int) -> list[str]:
-    """What does not find its place on a page of this size."""
+def layout_faults(page: Any, width: int, height: int) -> list[str]:
+    """What is cut off or too small on a page of this size."""
     whole = page.evaluate(
         "(({scrollWidth, scrollHeight}) => [scrollWidth, scrollHeight])(document.documentElement)"
     )
@@ -86,8 +92,10 @@ def cut_off(page: Any, width: int, height: int) -> list[str]:
             return rows.filter(row => row.getBoundingClientRect().bottom <= room.bottom + 1).length;
         }"""
     )
-    plots = page.locator("gh-why gh-plot").evaluate_all("all => all.map(e => e.clientHeight)")
-    titles = page.locator("gh-why article header").evaluate_all(
+    plots = page.locator("gh-explanation gh-plot").evaluate_all(
+        "all => all.map(e => e.clientHeight)"
+    )
+    titles = page.locator("gh-explanation article header").evaluate_all(
         "all => all.filter(e => e.scrollWidth > e.clientWidth).map(e => e.textContent)"
     )
     found = {
@@ -105,9 +113,9 @@ def cut_off(page: Any, width: int, height: int) -> list[str]:
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (1024, 768), (820, 1180)])
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_nothing_is_cut_off(
-    server: Server, look: Visit, width: int, height: int, level: int
+    server: Server, open_page: OpenPage, width: int, height: int, level: int
 ) -> None:
-    page = look(server, width, height, level=level)
+    page = open_page(server, width, height, level=level)
     alarms = server.shown()["alarms"]["alarms"]
-    becomes(page.locator("gh-target-list tr.alarm").count, len(alarms))
-    becomes(lambda: cut_off(page, width, height), [])
+    wait_until_equal(page.locator("gh-target-list tr.alarm").count, len(alarms))
+    wait_until_equal(lambda: layout_faults(page, width, height), [])

@@ -1,4 +1,4 @@
-"""Signal K on the page: live, opened from the menu and by its name, and written back to."""
+"""Signal K on the page: live traffic, opening it from the menu, and writing back."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -8,14 +8,14 @@ import pytest
 from tests.bridge.page.conftest import (
     PATIENCE_S,
     Server,
-    becomes,
     until,
     wait_for_words,
+    wait_until_equal,
     words,
 )
 from tests.feeds.signalk_double import TOKEN, SignalKDouble
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 ORDER = ("vessels.self", "steering.rudderAngleTarget")
 
 
@@ -31,14 +31,14 @@ def server(serve: Callable[..., Server], boat: SignalKDouble) -> Server:
     return serve(boat.address, *asked)
 
 
-def test_live_traffic_moves_between_frames_and_the_actual_rudder_is_shown(
-    server: Server, look: Visit, boat: SignalKDouble
+def test_live_traffic_is_dead_reckoned_and_the_actual_rudder_is_shown(
+    server: Server, open_page: OpenPage, boat: SignalKDouble
 ) -> None:
-    page = look(server)
+    page = open_page(server)
     wait_for_words(page, "gh-top-bar .state", "^Live$")
     wait_for_words(page, "gh-advice", "Rudder P 2.9°")  # what the sensor says
     wait_for_words(page, "gh-advice", "Midships")  # what the pilot advises
-    becomes(lambda: boat.written.get(ORDER), 0.0)
+    wait_until_equal(lambda: boat.written.get(ORDER), 0.0)
     page.locator("gh-target-list tbody tr .age").first.wait_for()
     seen: set[int] = set()
 
@@ -51,17 +51,17 @@ def test_live_traffic_moves_between_frames_and_the_actual_rudder_is_shown(
     until(four_between_frames)
 
 
-def test_it_is_opened_from_the_menu_and_by_name_and_nothing_else_is(
-    server: Server, look: Visit, boat: SignalKDouble
+def test_only_the_servers_own_address_can_be_opened(
+    server: Server, open_page: OpenPage, boat: SignalKDouble
 ) -> None:
-    page = look(server)
+    page = open_page(server)
     wait_for_words(page, "gh-top-bar .state", "^Live$")
     _open(page, lambda: page.locator("#scenario").select_option("imazu:1"))
     wait_for_words(page, "gh-top-bar", "Imazu case 1.*pilot straight", PATIENCE_S)  # as now
-    becomes(lambda: boat.written.get(ORDER), None)  # no advice of now stays behind
+    wait_until_equal(lambda: boat.written.get(ORDER), None)  # no advice of now stays behind
     _open(page, lambda: page.locator("#scenario").select_option(boat.address))
     wait_for_words(page, "gh-top-bar .state", "^Live$", PATIENCE_S)
-    becomes(lambda: boat.written.get(ORDER), 0.0)
+    wait_until_equal(lambda: boat.written.get(ORDER), 0.0)
     _open(page, lambda: page.locator("#source").fill("signalk://127.0.0.1:1"))
     wait_for_words(page, "gh-notices .failure", "no source")
     _open(page, lambda: page.locator("#source").fill("imazu:1"))

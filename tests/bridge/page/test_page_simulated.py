@@ -1,4 +1,4 @@
-"""Every control of the page on a simulated encounter, and that it shows what the frames say."""
+"""The page on a simulated encounter: what it shows, and the controls of the voyage."""
 
 import itertools
 import math
@@ -10,16 +10,16 @@ import pytest
 from tests.bridge.page.conftest import (
     PATIENCE_S,
     Server,
-    becomes,
     canvas,
-    other_canvas,
-    settled,
     until,
+    wait_for_other_canvas,
     wait_for_pressed,
     wait_for_words,
+    wait_until_equal,
+    wait_until_ready,
 )
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
@@ -39,29 +39,29 @@ def voyage(server: Server) -> None:
     )
 
 
-def seconds(page: Any) -> int:
-    """The time shown beside the play button."""
+def shown_seconds(page: Any) -> int:
+    """The time beside the play button."""
     minutes, rest = page.locator("gh-transport .number").first.inner_text().split(":")
     return 60 * int(minutes) + int(rest)
 
 
-def without_alarms(server: Server) -> None:
-    """Nothing flashes: two pictures differ only by what a test does."""
+def disable_alarms(server: Server) -> None:
+    """Stop all flashing, so that pictures differ only by what a test does."""
     server.ask({"type": "limits", "dcpa_m": 0.0, "tcpa_s": 0.0})
 
 
-def is_(part: Any, kind: str) -> bool:
-    """Whether this part is lit, hovered, selected."""
+def has_class(part: Any, kind: str) -> bool:
+    """Whether an element has a class."""
     return kind in (part.get_attribute("class") or "").split()
 
 
 def wait_for_alarm(page: Any) -> None:
-    """Until an alarm is told: it comes after its frame."""
+    """Wait for an alarm, which comes after its frame."""
     page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
 
 
-def test_page_shows_what_the_frame_says_in_mariners_units(server: Server, look: Visit) -> None:
-    page, shown = look(server, level=3), server.shown()
+def test_the_page_shows_the_frame_in_nautical_units(server: Server, open_page: OpenPage) -> None:
+    page, shown = open_page(server, level=3), server.shown()
     frame, own = shown["frame"]["frame"], shown["frame"]["frame"]["own"]
     order = math.degrees(frame["decision"]["rudder_rad"])
 
@@ -91,28 +91,32 @@ def test_page_shows_what_the_frame_says_in_mariners_units(server: Server, look: 
     says("gh-alarm-strip", "Advisory, not type-approved")
 
 
-def test_four_ships_and_their_plots_fit_without_scrolling(server: Server, look: Visit) -> None:
-    page = look(server, level=2)
+def test_four_ships_and_their_plots_fit_without_scrolling(
+    server: Server, open_page: OpenPage
+) -> None:
+    page = open_page(server, level=2)
     wait_for_alarm(page)
-    becomes(page.locator("gh-target-list tbody tr").count, 4)
+    wait_until_equal(page.locator("gh-target-list tbody tr").count, 4)
 
     def hidden() -> list[str]:
         parts = ("gh-target-list .scroll", "aside")
         more = "e => e.scrollHeight - e.clientHeight"
         return [part for part in parts if page.locator(part).evaluate(more) > 1]
 
-    becomes(hidden, [])
-    plots = page.locator("gh-why gh-plot")
-    becomes(plots.count, 2)
+    wait_until_equal(hidden, [])
+    plots = page.locator("gh-explanation gh-plot")
+    wait_until_equal(plots.count, 2)
     until(lambda: all(plot.bounding_box()["height"] > 80 for plot in plots.all()))
 
 
-def test_list_has_alarms_first_then_the_largest_intention(server: Server, look: Visit) -> None:
-    page, shown = look(server), server.shown()
+def test_the_list_has_alarms_first_then_the_largest_intention(
+    server: Server, open_page: OpenPage
+) -> None:
+    page, shown = open_page(server), server.shown()
     sizes = {t["id"]: abs(t["intention"]) for t in shown["frame"]["frame"]["targets"]}
     alarms = sorted(shown["alarms"]["alarms"], key=lambda alarm: alarm["tcpa_s"])
     rows = page.locator("gh-target-list tbody tr")
-    becomes(rows.count, len(sizes))
+    wait_until_equal(rows.count, len(sizes))
     wait_for_alarm(page)
     page.locator("gh-target-list tr.unacknowledged").first.wait_for()
     order = [row.get_attribute("data-id") for row in rows.all()]
@@ -121,29 +125,29 @@ def test_list_has_alarms_first_then_the_largest_intention(server: Server, look: 
     assert all(sizes[a] >= sizes[b] - 1e-4 for a, b in itertools.pairwise(others))
 
 
-def test_ship_lights_up_everywhere(server: Server, look: Visit) -> None:
-    without_alarms(server)
-    page = look(server, level=2)
+def test_a_ship_is_highlighted_everywhere(server: Server, open_page: OpenPage) -> None:
+    disable_alarms(server)
+    page = open_page(server, level=2)
     before = canvas(page)
     mentioned = page.locator("gh-sentence .ship").first
     row = page.locator("gh-target-list tr", has_text=mentioned.inner_text())
     row.hover()
-    until(lambda: is_(row, "hovered"))
-    until(lambda: is_(mentioned, "lit"))
-    page.locator("gh-why li.lit").first.wait_for()
-    other_canvas(page, before)
+    until(lambda: has_class(row, "hovered"))
+    until(lambda: has_class(mentioned, "highlighted"))
+    page.locator("gh-explanation li.highlighted").first.wait_for()
+    wait_for_other_canvas(page, before)
     row.click()
     page.mouse.move(5, 5)
-    until(lambda: is_(row, "selected") and not is_(row, "hovered"))
-    other_canvas(page, before)
+    until(lambda: has_class(row, "selected") and not has_class(row, "hovered"))
+    wait_for_other_canvas(page, before)
     page.keyboard.press("Escape")
-    until(lambda: not is_(row, "selected"))
-    becomes(lambda: canvas(page), before)
+    until(lambda: not has_class(row, "selected"))
+    wait_until_equal(lambda: canvas(page), before)
 
 
-def test_ships_are_where_range_and_bearing_say(server: Server, look: Visit) -> None:
-    """Head up: the ship lies at her relative bearing, six rings to the range scale."""
-    page = look(server, orientation="head-up", motion="relative", range_nm=6)
+def test_ships_are_at_their_range_and_bearing(server: Server, open_page: OpenPage) -> None:
+    """In head up, a ship is at its relative bearing."""
+    page = open_page(server, orientation="head-up", motion="relative", range_nm=6)
     box = page.locator("gh-plan").bounding_box()
     radius = min(box["width"], box["height"]) / 2 - 34
     targets = server.shown()["frame"]["frame"]["targets"]
@@ -157,8 +161,8 @@ def test_ships_are_where_range_and_bearing_say(server: Server, look: Visit) -> N
         page.locator(f"gh-target-list tr.hovered[data-id='{target['id']}']").wait_for()
 
 
-def test_play_pause_seek_and_speed(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_play_pause_seek_and_speed(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     wait_for_words(page, "gh-top-bar .state", "Paused")
     page.get_by_label("Speed").select_option("20")
     page.get_by_role("button", name="Play").click()
@@ -186,19 +190,19 @@ def test_play_pause_seek_and_speed(server: Server, look: Visit) -> None:
     wait_for_words(page, "gh-top-bar .state", "Paused")
 
 
-def test_plan_controls_change_the_picture_and_say_so(server: Server, look: Visit) -> None:
-    without_alarms(server)
-    page = look(server)
+def test_plan_controls_change_the_picture(server: Server, open_page: OpenPage) -> None:
+    disable_alarms(server)
+    page = open_page(server)
     bar = page.locator("gh-plan-bar")
     before = canvas(page)
     for press in ("H UP", "C UP", "N UP", "TM", "RM"):
         bar.get_by_role("button", name=press, exact=True).click()
         wait_for_pressed(page, "gh-plan-bar", press)
         if press in ("H UP", "TM"):
-            other_canvas(page, before)
-    becomes(lambda: canvas(page), before)
+            wait_for_other_canvas(page, before)
+    wait_until_equal(lambda: canvas(page), before)
     bar.get_by_role("group", name="Vectors").get_by_role("button", name="R").click()
-    other_canvas(page, before)
+    wait_for_other_canvas(page, before)
     bar.get_by_label("Vector time").select_option("20")
     bar.get_by_label("Trail time").select_option("0")
     bar.get_by_role("button", name="Larger range").click()
@@ -209,9 +213,9 @@ def test_plan_controls_change_the_picture_and_say_so(server: Server, look: Visit
     until(bar.get_by_role("button", name="Smaller range").is_disabled)
 
 
-def test_keyboard_does_what_the_menu_says(server: Server, look: Visit) -> None:
-    page = look(server)
-    for key, name in (("3", "All"), ("2", "Why"), ("1", "Look")):
+def test_shortcuts_do_what_the_menu_says(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
+    for key, name in (("3", "All"), ("2", "Why"), ("1", "Basic")):
         page.keyboard.press(key)
         wait_for_pressed(page, "gh-top-bar", name)
     for theme in ("dusk", "night", "day"):
@@ -219,7 +223,7 @@ def test_keyboard_does_what_the_menu_says(server: Server, look: Visit) -> None:
         page.locator(f"html[data-obc-theme='{theme}']").wait_for()
     page.keyboard.press("ArrowDown")
     first = page.locator("gh-target-list tbody tr").first
-    until(lambda: is_(first, "selected"))
+    until(lambda: has_class(first, "selected"))
     page.keyboard.press("?")
     page.get_by_role("dialog").wait_for()
     page.keyboard.press("Escape")
@@ -229,26 +233,26 @@ def test_keyboard_does_what_the_menu_says(server: Server, look: Visit) -> None:
         wait_for_pressed(page, "gh-plan-bar", name)
 
 
-def test_detail_is_small_at_first_and_grows(server: Server, look: Visit) -> None:
-    page = look(server)
-    plots = page.locator("gh-why gh-plot")
-    becomes(page.locator("gh-why").count, 0)
+def test_the_level_of_detail_starts_low_and_is_kept(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
+    plots = page.locator("gh-explanation gh-plot")
+    wait_until_equal(page.locator("gh-explanation").count, 0)
     page.keyboard.press("2")
-    becomes(plots.count, 2)
+    wait_until_equal(plots.count, 2)
     page.keyboard.press("3")
-    becomes(plots.count, 6)
+    wait_until_equal(plots.count, 6)
     page.reload()
-    settled(page)
-    becomes(plots.count, 6)  # the choice is kept
+    wait_until_ready(page)
+    wait_until_equal(plots.count, 6)  # the choice is kept
 
 
-def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
-    """The late viewer's plots reach from the start to now, and a click goes to that time."""
-    page = look(server, level=2)
-    plot = page.locator("gh-why gh-plot").nth(1).locator(".u-over")
+def test_plots_show_the_voyage_so_far(server: Server, open_page: OpenPage) -> None:
+    """A late viewer's plots reach from the start to now, and a click seeks to its time."""
+    page = open_page(server, level=2)
+    plot = page.locator("gh-explanation gh-plot").nth(1).locator(".u-over")
     plot.wait_for()
     times = page.evaluate("""() => {
-        const why = document.querySelector('gh-app').shadowRoot.querySelector('gh-why');
+        const why = document.querySelector('gh-app').shadowRoot.querySelector('gh-explanation');
         return [...why.shadowRoot.querySelectorAll('gh-plot')][1].spec.data[0];
     }""")
     assert times[0] == 0
@@ -256,19 +260,19 @@ def test_plots_hold_the_voyage_so_far(server: Server, look: Visit) -> None:
     assert len(times) == 61
     box = plot.bounding_box()
     plot.click(position={"x": box["width"] * 0.4, "y": 20})
-    until(lambda: 60 <= seconds(page) <= 180)
+    until(lambda: 60 <= shown_seconds(page) <= 180)
 
 
-def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) -> None:
-    page = look(server, level=2)
+def test_a_plot_and_its_legend_highlight_the_ship(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server, level=2)
     lit = page.locator("gh-target-list tr.hovered")
-    legend = page.locator("gh-why article").first.locator("li[title]").first
+    legend = page.locator("gh-explanation article").first.locator("li[title]").first
     legend.hover()
     ship = legend.get_attribute("title").removeprefix("ship ")
-    becomes(lambda: lit.get_attribute("data-id"), ship)
+    wait_until_equal(lambda: lit.get_attribute("data-id"), ship)
     page.mouse.move(5, 5)
-    becomes(lit.count, 0)
-    plot = page.locator("gh-why gh-plot").nth(1)
+    wait_until_equal(lit.count, 0)
+    plot = page.locator("gh-explanation gh-plot").nth(1)
     plot.locator(".u-over").wait_for()
     at = plot.evaluate("""e => {
         const u = e.plot, k = Math.round(u.data[0].length * 0.7);
@@ -278,11 +282,13 @@ def test_a_plot_and_its_legend_light_up_the_ship(server: Server, look: Visit) ->
     }""")
     page.mouse.move(at[0] - 5, at[1])
     page.mouse.move(*at)
-    becomes(lit.count, 1)
+    wait_until_equal(lit.count, 1)
 
 
-def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: Visit) -> None:
-    page, other = look(server), look(server)
+def test_alarm_flashes_until_acknowledged_for_all_viewers(
+    server: Server, open_page: OpenPage
+) -> None:
+    page, other = open_page(server), open_page(server)
     alarm = page.locator("gh-alarm-strip li.unacknowledged").first
     alarm.wait_for()
     red = alarm.evaluate("e => getComputedStyle(e).backgroundColor")
@@ -301,10 +307,10 @@ def test_alarm_flashes_until_acknowledged_for_all_viewers(server: Server, look: 
         assert known.evaluate("e => getComputedStyle(e).animationName") == "none"
 
 
-def test_the_sound_of_an_alarm_can_be_switched_off_and_ends_with_it(
-    server: Server, look: Visit
+def test_the_alarm_sound_can_be_switched_off_and_ends_with_the_alarm(
+    server: Server, open_page: OpenPage
 ) -> None:
-    page = look(server)
+    page = open_page(server)
     count = """() => {
         const begin = OscillatorNode.prototype.start;
         window.tones = 0;
@@ -333,20 +339,20 @@ def test_the_sound_of_an_alarm_can_be_switched_off_and_ends_with_it(
     page.evaluate(count)
     wait_for_alarm(page)
     page.keyboard.press("?")
-    becomes(sound.is_checked, False)  # the choice is kept
+    wait_until_equal(sound.is_checked, False)  # the choice is kept
     sound.check()
     until(lambda: tones() >= 2)
     page.get_by_role("button", name="Close").click()
     alarms = page.locator("gh-target-list tr.unacknowledged")
     for left in reversed(range(alarms.count())):
         page.keyboard.press("a")
-        becomes(alarms.count, left)
+        wait_until_equal(alarms.count, left)
     page.locator("gh-alarm-strip li.unacknowledged").first.wait_for(state="detached")
     assert tones() == 0
 
 
-def test_alarm_limits_are_set_in_miles_and_minutes(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_alarm_limits_are_set_in_miles_and_minutes(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     wait_for_alarm(page)
     page.keyboard.press("?")
     page.locator("#dcpa").fill("0.05")
@@ -354,37 +360,37 @@ def test_alarm_limits_are_set_in_miles_and_minutes(server: Server, look: Visit) 
     page.locator("#set-limits").click()
     page.get_by_role("button", name="Close").click()
     wait_for_words(page, "gh-alarm-strip", r"No CPA alarm \(limits 0.05 NM, 1 min\)")
-    becomes(lambda: server.shown()["alarms"]["alarms"], [])
+    wait_until_equal(lambda: server.shown()["alarms"]["alarms"], [])
 
 
-def test_pilot_can_be_changed_and_compared(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_pilot_can_be_changed_and_compared(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.keyboard.press("?")
     page.locator("#compare").select_option("straight")
     page.get_by_role("button", name="Close").click()
     wait_for_words(page, "gh-comparison", "straight", PATIENCE_S)
-    becomes(page.locator("gh-comparison tbody tr").count, 2)
+    wait_until_equal(page.locator("gh-comparison tbody tr").count, 2)
     wait_for_words(page, "gh-comparison tbody tr", "paper-attention")
     page.keyboard.press("?")
     page.locator("#compare").select_option("")
     page.locator("#pilot").select_option("straight")
     page.get_by_role("button", name="Close").click()
     wait_for_words(page, "gh-top-bar", "pilot straight", PATIENCE_S)
-    becomes(page.locator("gh-comparison table").count, 0)
+    wait_until_equal(page.locator("gh-comparison table").count, 0)
     wait_for_words(page, "gh-advice", "Midships")
     page.keyboard.press("2")
-    wait_for_words(page, "gh-why", "no critic")
+    wait_for_words(page, "gh-explanation", "no critic")
 
 
-def test_menu_opens_encounters_and_replays_logs(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_menu_opens_encounters_and_replays_logs(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.keyboard.press("?")
     page.locator("#scenario").select_option("imazu:5")
     page.locator("#open").click()
     wait_for_words(page, "gh-top-bar", "Imazu case 5", PATIENCE_S)
     assert server.shown()["session"]["source"] == "imazu:5"
     page.reload()
-    settled(page)
+    wait_until_ready(page)
     page.keyboard.press("?")
     log = page.locator("#log option", has_text="random-35-paper-attention").first
     page.locator("#log").select_option(log.get_attribute("value"))
@@ -396,8 +402,8 @@ def test_menu_opens_encounters_and_replays_logs(server: Server, look: Visit) -> 
     wait_for_words(page, "gh-top-bar .time", "01:40")
 
 
-def test_unknown_encounter_gives_one_plain_line(server: Server, look: Visit) -> None:
-    page = look(server)
+def test_unknown_encounter_gives_one_plain_line(server: Server, open_page: OpenPage) -> None:
+    page = open_page(server)
     page.keyboard.press("?")
     page.locator("#source").fill("/etc/passwd")
     page.locator("#open").click()

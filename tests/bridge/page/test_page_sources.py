@@ -1,4 +1,4 @@
-"""Each kind of source that the command line takes, on the page: besides those of other modules."""
+"""The kinds of sources that no other module shows on the page."""
 
 import json
 import socket
@@ -7,17 +7,17 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from tests.bridge.page.conftest import PATIENCE_S, Server, becomes, wait_for_words
+from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, wait_until_equal
 from tests.bridge.page.test_page_stale import Receiver
 from tests.bridge.process import free_port
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 
 
 @pytest.fixture
 def port() -> Iterator[int]:
-    """Where a receiver sends a datagram a second."""
-    chosen, said, over = free_port(), Receiver()._said, threading.Event()
+    """The port to which a receiver sends one datagram per second."""
+    chosen, said, over = free_port(), Receiver().sentences, threading.Event()
 
     def send() -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
@@ -33,23 +33,23 @@ def port() -> Iterator[int]:
     thread.join()
 
 
-def test_nmea_over_udp(serve: Callable[..., Server], look: Visit, port: int) -> None:
-    page = look(serve(f"udp://127.0.0.1:{port}", "--pilot", "straight"))
+def test_nmea_over_udp(serve: Callable[..., Server], open_page: OpenPage, port: int) -> None:
+    page = open_page(serve(f"udp://127.0.0.1:{port}", "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar .state", "^Live$")
     wait_for_words(page, "gh-target-list tr[data-id='230000102'] .age", r"^\d s$")
     page.keyboard.press("?")
     page.locator("#compare").select_option("paper-waypoint")
     page.get_by_role("button", name="Close").click()
-    wait_for_words(page, "gh-comparison tbody tr.other", "paper-waypoint", PATIENCE_S)
+    wait_for_words(page, "gh-comparison tbody tr.compared", "paper-waypoint", PATIENCE_S)
 
 
 @pytest.fixture
 def recording(tmp_path: Any) -> Any:
-    """Ten minutes of the same traffic with tag blocks."""
+    """Ten minutes of that traffic, with tag blocks."""
     path = tmp_path / "traffic.nmea"
     lines = []
     for second in range(600):
-        for line in Receiver()._said(second).decode().split():
+        for line in Receiver().sentences(second).decode().split():
             tag = f"c:{1_700_000_000 + second}"
             check = 0
             for letter in tag.encode():
@@ -59,22 +59,22 @@ def recording(tmp_path: Any) -> Any:
     return path
 
 
-def test_a_file_of_nmea_as_if_it_were_now_and_as_a_recording(
-    serve: Callable[..., Server], look: Visit, recording: Any
+def test_an_nmea_file_as_live_source_and_as_recording(
+    serve: Callable[..., Server], open_page: OpenPage, recording: Any
 ) -> None:
-    page = look(serve(f"live:{recording}", "--pilot", "straight"))
+    page = open_page(serve(f"live:{recording}", "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar .state", "^Live$")
     wait_for_words(page, "gh-top-bar .time", "^22:1")  # the time of the recording
     page.locator("gh-target-list tr[data-id='230000102']").wait_for()
-    becomes(page.get_by_role("button", name="Play").count, 0)
-    page = look(serve(str(recording), "--own", "230000001", "--pilot", "straight"))
+    wait_until_equal(page.get_by_role("button", name="Play").count, 0)
+    page = open_page(serve(str(recording), "--own", "230000001", "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar", "Recorded")
     page.locator("gh-target-list tr[data-id='230000102']").wait_for()
-    becomes(page.get_by_role("button", name="Pause").count, 1)
+    wait_until_equal(page.get_by_role("button", name="Pause").count, 1)
 
 
-def test_a_traffic_situation_of_dnv(
-    serve: Callable[..., Server], look: Visit, tmp_path: Any
+def test_a_dnv_traffic_situation(
+    serve: Callable[..., Server], open_page: OpenPage, tmp_path: Any
 ) -> None:
     def ship(latitude: float, course: float, **static: Any) -> dict[str, Any]:
         position = {"latitude": latitude, "longitude": 10.0}
@@ -88,7 +88,7 @@ def test_a_traffic_situation_of_dnv(
         "targetShips": [ship(59.0, 180.0, id=7, name="SEVEN")],
     }
     path.write_text(json.dumps(situation))
-    page = look(serve(str(path), "--pilot", "straight"))
+    page = open_page(serve(str(path), "--pilot", "straight"))
     wait_for_words(page, "gh-top-bar", "Simulated")
     wait_for_words(page, "gh-target-list", "SEVEN")
     assert str(tmp_path) not in page.content(), "the page never learns where the file lies"

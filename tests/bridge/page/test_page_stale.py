@@ -1,4 +1,4 @@
-"""What is not of now is never shown as if it were; the page comes back by itself."""
+"""Stale data is never shown as live, and the page recovers by itself."""
 
 import socketserver
 import threading
@@ -7,19 +7,19 @@ from collections.abc import Callable
 from typing import Any
 
 from pyais.encode import encode_dict
-from tests.bridge.page.conftest import PATIENCE_S, Server, becomes, until, wait_for_words
+from tests.bridge.page.conftest import PATIENCE_S, Server, until, wait_for_words, wait_until_equal
 from tests.bridge.process import free_port
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 
 
-def test_page_says_so_when_the_server_dies_and_comes_back_by_itself(
-    serve: Callable[..., Server], look: Visit
+def test_the_page_reports_a_lost_server_and_reconnects(
+    serve: Callable[..., Server], open_page: OpenPage
 ) -> None:
     server = serve("imazu:5")
-    page = look(server)
+    page = open_page(server)
     wait_for_words(page, "gh-top-bar", "Playing")
-    becomes(page.locator("gh-plan .stale-word").count, 0)
+    wait_until_equal(page.locator("gh-plan .stale-banner").count, 0)
     server.ask({"type": "limits", "dcpa_m": 18520.0, "tcpa_s": 3600.0})
     page.locator("gh-alarm-strip li.unacknowledged").first.wait_for()
     server.kill()
@@ -41,12 +41,12 @@ def test_page_says_so_when_the_server_dies_and_comes_back_by_itself(
     page.wait_for_function("window.sounded")  # nobody has acknowledged it
     server.start()
     wait_for_words(page, "gh-top-bar", "Playing", PATIENCE_S)
-    becomes(page.locator("gh-plan .stale-word").count, 0)
+    wait_until_equal(page.locator("gh-plan .stale-banner").count, 0)
     wait_for_words(page, "gh-top-bar", "Imazu case 5")
 
 
 class Receiver:
-    """An AIS receiver on TCP: own ship and one target, a report a second, until unplugged."""
+    """An AIS receiver on TCP: own ship and one target, one report per second, until unplugged."""
 
     def __init__(self) -> None:
         self.port = free_port()
@@ -58,7 +58,7 @@ class Receiver:
                 second = 0
                 while receiver._plugged.is_set():
                     try:
-                        self.request.sendall(receiver._said(second))
+                        self.request.sendall(receiver.sentences(second))
                     except OSError:
                         return
                     second += 1
@@ -80,7 +80,7 @@ class Receiver:
         self._server.shutdown()
         self._server.server_close()
 
-    def _said(self, second: int) -> bytes:
+    def sentences(self, second: int) -> bytes:
         moving = {"type": 1, "speed": 10.0, "status": 0, "second": second % 60}
         north = 10 * second / 3600 / 60
         own = {"mmsi": 230000001, "lat": 59.7 + north, "lon": 24.7, "course": 0.0, "heading": 0}
@@ -90,24 +90,24 @@ class Receiver:
         return "".join(f"{line}\r\n" for line in lines).encode()
 
 
-def test_live_traffic_is_live_only_while_it_is_heard(
-    serve: Callable[..., Server], look: Visit
+def test_live_traffic_is_live_only_while_data_arrives(
+    serve: Callable[..., Server], open_page: OpenPage
 ) -> None:
     receiver = Receiver()
     receiver.plug()
     try:
-        page = look(serve(f"tcp://127.0.0.1:{receiver.port}"))
+        page = open_page(serve(f"tcp://127.0.0.1:{receiver.port}"))
         wait_for_words(page, "gh-top-bar .state", "^Live$")
         wait_for_words(page, "gh-advice", "advises only")
-        becomes(page.get_by_role("button", name="Play").count, 0)
+        wait_until_equal(page.get_by_role("button", name="Play").count, 0)
         wait_for_words(page, "gh-target-list tr[data-id='230000102'] .age", r"^\d s$")
         wait_for_words(page, "gh-alarm-strip", "No CPA alarm")
         receiver.unplug()
-        wait_for_words(page, "gh-top-bar .state", "not connected|Nothing heard")
-        wait_for_words(page, "gh-alarm-strip", "CPA not watched: no picture of now")
+        wait_for_words(page, "gh-top-bar .state", "not connected|No data")
+        wait_for_words(page, "gh-alarm-strip", "CPA not monitored: no current data")
         wait_for_words(page, "gh-plan", "NOT LIVE")
         receiver.plug()
         wait_for_words(page, "gh-top-bar .state", "^Live$", PATIENCE_S)
-        becomes(page.locator("gh-plan .stale-word").count, 0)
+        wait_until_equal(page.locator("gh-plan .stale-banner").count, 0)
     finally:
         receiver.unplug()

@@ -1,16 +1,16 @@
-"""Who may only look on sees everything, is told so, and is offered nothing that is the owner's."""
+"""A viewer sees everything and gets no owner controls."""
 
 import dataclasses
 from collections.abc import Callable
 from typing import Any
 
 import pytest
-from tests.bridge.page.axe import faults
-from tests.bridge.page.conftest import Server, becomes, until, wait_for_words, words
+from tests.bridge.page.axe import axe_violations
+from tests.bridge.page.conftest import Server, until, wait_for_words, wait_until_equal, words
 
-Visit = Callable[..., Any]
+OpenPage = Callable[..., Any]
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
-#: The messages that a page has sent, but for its pings.
+#: Records the messages that a page sends, without pings.
 SENT = """
   () => {
     const send = WebSocket.prototype.send;
@@ -42,10 +42,10 @@ def viewer(server: Server) -> Server:
 
 @pytest.mark.parametrize("level", [1, 2, 3])
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 1366)])
-def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
-    server: Server, viewer: Server, look: Visit, level: int, size: tuple[int, int]
+def test_a_viewer_sees_everything_and_has_no_owner_controls(
+    server: Server, viewer: Server, open_page: OpenPage, level: int, size: tuple[int, int]
 ) -> None:
-    page = look(viewer, *size, level=level)
+    page = open_page(viewer, *size, level=level)
     page.evaluate(SENT)
     sign = page.get_by_text("View only", exact=True)
     sign.wait_for()
@@ -61,8 +61,8 @@ def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
     for key in (" ", "ArrowLeft", "ArrowRight", "a"):
         page.keyboard.press(key)
     if level > 1:
-        page.locator("gh-why gh-plot .u-over").first.wait_for()
-    for plot in page.locator("gh-why gh-plot .u-over").all():
+        page.locator("gh-explanation gh-plot .u-over").first.wait_for()
+    for plot in page.locator("gh-explanation gh-plot .u-over").all():
         plot.click(force=True)
     page.keyboard.press("?")
     menu = page.locator("gh-menu dialog")
@@ -71,12 +71,12 @@ def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
         "Menu",
         "ABOUT THIS SESSION",
         "CPA ALARM",
-        "KEYS",
+        "SHORTCUTS",
     ]
     assert page.get_by_label("CPA [NM]").is_disabled()
     assert page.get_by_label("CPA [NM]").input_value() == "10.00"
     assert menu.get_by_role("button").all_inner_texts() == ["Close"]
-    assert "acknowledge the nearest" not in words(page, "gh-menu dialog dl:last-of-type")
+    assert "Acknowledge the most urgent" not in words(page, "gh-menu dialog dl:last-of-type")
     page.get_by_role("button", name="Close").click()
     assert page.evaluate("window.sent") == []
     shown = server.shown()
@@ -86,9 +86,9 @@ def test_a_viewer_sees_all_and_is_offered_nothing_of_the_owner_s(
 
 
 def test_a_viewer_follows_the_owner_and_asks_what_if(
-    server: Server, viewer: Server, look: Visit
+    server: Server, viewer: Server, open_page: OpenPage
 ) -> None:
-    page = look(viewer)
+    page = open_page(viewer)
     page.evaluate(SENT)
     page.get_by_role("button", name="What if the rudder went to S 5° now, for a minute?").click()
     wait_for_words(page, "gh-what-if p", "rudder")
@@ -98,10 +98,10 @@ def test_a_viewer_follows_the_owner_and_asks_what_if(
     server.ask({"type": "seek", "time_s": 120})
 
 
-def test_the_role_outlives_a_reload_without_the_token(
-    server: Server, viewer: Server, look: Visit
+def test_the_role_survives_a_reload_without_the_token(
+    server: Server, viewer: Server, open_page: OpenPage
 ) -> None:
-    page = look(viewer)
+    page = open_page(viewer)
     plain = viewer.url.split("?")[0]
     page.goto(plain)
     page.get_by_text("View only", exact=True).wait_for()
@@ -111,14 +111,14 @@ def test_the_role_outlives_a_reload_without_the_token(
     until(lambda: page.get_by_role("button", name="Play").is_enabled())
     page.goto(plain)
     until(lambda: page.get_by_role("button", name="Play").is_enabled())
-    becomes(lambda: page.get_by_text("View only", exact=True).count(), 0)
+    wait_until_equal(lambda: page.get_by_text("View only", exact=True).count(), 0)
 
 
 @pytest.mark.parametrize("palette", ["day", "night"])
 def test_axe_finds_no_serious_fault_in_the_viewer_s_page(
-    viewer: Server, look: Visit, palette: str
+    viewer: Server, open_page: OpenPage, palette: str
 ) -> None:
-    page = look(viewer, palette=palette)
+    page = open_page(viewer, palette=palette)
     page.keyboard.press("?")
     page.locator("gh-menu dialog").wait_for()
-    assert faults(page) == []
+    assert axe_violations(page) == []

@@ -1,9 +1,9 @@
 /**
- * One colour and one number a ship, kept for as long as she is of note.
+ * Colours and numbers of the most prominent ships.
  *
- * The colours are told apart by readers with any colour vision and none is near the red of
- * alarms (test/colours.test.ts measures both); the number goes with each, so that colour
- * is never alone.
+ * The colours can be told apart with any colour vision, and none is close to the red of alarms
+ * (test/colours.test.ts measures both). Each comes with a number, so that nothing is coded by
+ * colour alone.
  */
 
 export type Palette = "day" | "dusk" | "night";
@@ -15,8 +15,8 @@ export const SHIP_COLOURS: Record<Palette, readonly string[]> = {
   night: ["#2a7fd0", "#6d6030", "#0b6a53", "#7038ea", "#b87818", "#b02898"],
 };
 
-/** The ink of a number on a ship's colour: the better readable of a dark and a light one. */
-export function numberInk(colour: string, palette: Palette): string {
+/** The text colour that reads better on `colour`: a dark or a light one. */
+export function textColourOn(colour: string, palette: Palette): string {
   const light = palette === "night" ? "#f6ecd6" : "#ffffff";
   return contrast(colour, "#000000") >= contrast(colour, light) ? "#000000" : light;
 }
@@ -29,57 +29,57 @@ export function contrast(a: string, b: string): number {
 
 /** Relative luminance of `#rrggbb`. */
 export function luminance(hex: string): number {
-  const [r, g, b] = linear(hex);
+  const [r, g, b] = linearRgb(hex);
   return 0.2126 * r + 0.7152 * g + 0.0722 * b;
 }
 
-export function linear(hex: string): [number, number, number] {
+export function linearRgb(hex: string): [number, number, number] {
   return [1, 3, 5].map((k) => {
     const c = parseInt(hex.slice(k, k + 2), 16) / 255;
     return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
   }) as [number, number, number];
 }
 
-export const PLACES = SHIP_COLOURS.day.length;
+export const N_SHIP_COLOURS = SHIP_COLOURS.day.length;
 
-/** Hands out the places 0-5 and takes them back, so that a ship keeps hers. */
-export class Book {
-  private readonly held = new Map<string, number>();
+/** Assigns the colours 0-5 to ships, so that each keeps its own while it is prominent. */
+export class ColourRegistry {
+  private readonly indices = new Map<string, number>();
 
-  /** The ships of note now, the most notable first; others keep their place while one is free. */
-  update(noted: readonly string[], present: ReadonlySet<string>): void {
-    for (const id of this.held.keys()) if (!present.has(id)) this.held.delete(id);
-    const wanted = noted.slice(0, PLACES);
+  /** Assign colours to the first of `ids`; other ships keep theirs until it is needed. */
+  update(ids: readonly string[], present: ReadonlySet<string>): void {
+    for (const id of this.indices.keys()) if (!present.has(id)) this.indices.delete(id);
+    const wanted = ids.slice(0, N_SHIP_COLOURS);
     for (const id of wanted) {
-      if (this.held.has(id)) continue;
-      const place = this.free(id) ?? this.taken(new Set(wanted));
-      if (place !== null) this.held.set(id, place);
+      if (this.indices.has(id)) continue;
+      const index = this.freeIndex(id) ?? this.takeFromOthers(new Set(wanted));
+      if (index !== null) this.indices.set(id, index);
     }
   }
 
-  place(id: string): number | null {
-    return this.held.get(id) ?? null;
+  indexOf(id: string): number | null {
+    return this.indices.get(id) ?? null;
   }
 
   clear(): void {
-    this.held.clear();
+    this.indices.clear();
   }
 
-  /** A free place, for ship 3 the third if it is free. */
-  private free(id: string): number | null {
-    const used = new Set(this.held.values());
+  /** A free colour; for ship 3 the third, if it is free. */
+  private freeIndex(id: string): number | null {
+    const used = new Set(this.indices.values());
     const own = Number(id) - 1;
-    if (Number.isInteger(own) && own >= 0 && own < PLACES && !used.has(own)) return own;
-    for (let k = 0; k < PLACES; k++) if (!used.has(k)) return k;
+    if (Number.isInteger(own) && own >= 0 && own < N_SHIP_COLOURS && !used.has(own)) return own;
+    for (let k = 0; k < N_SHIP_COLOURS; k++) if (!used.has(k)) return k;
     return null;
   }
 
-  /** The place of a ship that is no longer among the wanted, taken from her. */
-  private taken(wanted: ReadonlySet<string>): number | null {
-    for (const [id, place] of this.held)
+  /** The colour of a ship that is not among the wanted ones, taken from it. */
+  private takeFromOthers(wanted: ReadonlySet<string>): number | null {
+    for (const [id, index] of this.indices)
       if (!wanted.has(id)) {
-        this.held.delete(id);
-        return place;
+        this.indices.delete(id);
+        return index;
       }
     return null;
   }

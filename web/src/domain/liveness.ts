@@ -1,58 +1,70 @@
-/** Whether what is on the screen is now: stale data is never shown as live. */
+/** How old the data shown is, and whether the picture is live: stale data is never shown as live. */
 
-import type { Session } from "../wire";
+import type { Session } from "../protocol.gen";
 
-export type LinkView = { open: boolean; since_s: number };
+export interface ConnectionStatus {
+  open: boolean;
+  /** Time since it was opened, or lost. */
+  since_s: number;
+}
 
-export type Liveness =
-  | { state: "live" | "playing" | "paused" | "ended"; text: string }
-  | { state: "waiting"; text: string }
-  | { state: "stale"; text: string };
+export interface Liveness {
+  state: "live" | "playing" | "paused" | "ended" | "waiting" | "stale";
+  text: string;
+}
 
-/** A step of the world [s]. */
+/** One time step of the simulation [s]. */
 const STEP_S = 5;
-/** Seconds of grace before a missing frame is called missing. */
+/** A frame may be late by so much before the picture is stale [s]. */
 const GRACE_S = 10;
-/** A live source that was not heard for so long is silent, own ship's position so old is not now. */
-export const SILENT_S = 30;
+/** Live data older than this makes the picture stale [s]. */
+export const MAX_DATA_AGE_S = 30;
 
 /**
- * What to say of the picture. `frame_s` is the time since the last frame came in (`null`:
- * none yet), `said_s` since the session's ages were said, by this computer's own clock.
+ * The state of the picture. `frameAge_s` is the time since the last frame arrived (`null`: none
+ * yet), `sessionAge_s` the time since the session's ages were sent, both by this computer's clock.
  */
 export function liveness(
-  link: LinkView,
+  connection: ConnectionStatus,
   session: Session | null,
-  frame_s: number | null,
-  said_s: number,
+  frameAge_s: number | null,
+  sessionAge_s: number,
 ): Liveness {
-  if (!link.open)
-    return frame_s === null
+  if (!connection.open)
+    return frameAge_s === null
       ? { state: "waiting", text: "Connecting to the server" }
-      : stale(`No connection for ${Math.round(link.since_s)} s`);
-  if (!session || frame_s === null) return { state: "waiting", text: "Waiting for the first frame" };
+      : stale(`No connection for ${Math.round(connection.since_s)} s`);
+  if (!session || frameAge_s === null)
+    return { state: "waiting", text: "Waiting for the first frame" };
   if (session.mode === "live") {
-    if (session.connected === false) return stale("The source is not connected");
-    const silent = age(session.heard_s, said_s, frame_s);
-    const own = age(session.own_s, said_s, frame_s);
-    if (silent > SILENT_S) return stale(`Nothing heard for ${Math.round(silent)} s`);
-    if (own > SILENT_S) return stale(`Own position ${Math.round(own)} s old`);
-    if (frame_s > SILENT_S) return stale(`No new frame for ${Math.round(frame_s)} s`);
+    if (!session.connected) return stale("Source not connected");
+    const traffic_s = session.heard_s === null ? frameAge_s : session.heard_s + sessionAge_s;
+    const own_s = session.own_s === null ? frameAge_s : session.own_s + sessionAge_s;
+    if (traffic_s > MAX_DATA_AGE_S) return stale(`No data for ${Math.round(traffic_s)} s`);
+    if (own_s > MAX_DATA_AGE_S) return stale(`Own position ${Math.round(own_s)} s old`);
+    if (frameAge_s > MAX_DATA_AGE_S) return stale(`No new frame for ${Math.round(frameAge_s)} s`);
     return { state: "live", text: "Live" };
   }
   if (session.end_s !== null && session.time_s >= session.end_s && !session.playing)
     return { state: "ended", text: "End" };
   if (!session.playing) return { state: "paused", text: "Paused" };
-  if (frame_s > GRACE_S + STEP_S / Math.max(session.rate, 0.1))
-    return stale(`No new frame for ${Math.round(frame_s)} s`);
+  if (frameAge_s > GRACE_S + STEP_S / Math.max(session.rate, 0.1))
+    return stale(`No new frame for ${Math.round(frameAge_s)} s`);
   return { state: "playing", text: session.rate === 1 ? "Playing" : `Playing ×${session.rate}` };
 }
 
-/** Now, of what had an age when that was said; what nobody told is as old as the last frame. */
-function age(told_s: number | null | undefined, said_s: number, frame_s: number): number {
-  return told_s === null || told_s === undefined ? frame_s : told_s + said_s;
+/**
+ * Seconds since the data of the frame shown was received. Live frames continue for a while without
+ * new data, so there the ages that the session reports count, not that of the frame.
+ */
+export function dataAge(
+  session: Session | null,
+  frameAge_s: number | null,
+  sessionAge_s: number,
+): number | null {
+  if (frameAge_s === null || session?.mode !== "live") return frameAge_s;
+  const ages = [session.heard_s, session.own_s].filter((age_s) => age_s !== null);
+  return ages.length ? Math.max(...ages) + sessionAge_s : frameAge_s;
 }
 
-function stale(text: string): Liveness {
-  return { state: "stale", text };
-}
+const stale = (text: string): Liveness => ({ state: "stale", text });

@@ -1,17 +1,17 @@
-/** Rows for the plots: time in minutes, one column a line, `null` where a frame lacks the value. */
+/** Data of the plots: time in minutes and one column per line, `null` where a value is absent. */
 
+import type { Frame, Target } from "../protocol.gen";
 import { degrees } from "./units";
-import type { Frame, Target } from "../wire";
 
-export type Column = (number | null)[];
+type Column = (number | null)[];
 export type Table = [number[], ...Column[]];
 
-export function minutes(frames: readonly Frame[]): number[] {
+function minutes(frames: readonly Frame[]): number[] {
   return frames.map((f) => f.time_s / 60);
 }
 
-/** Eq. 22: what the decided rudder gains over rudder 0 for the course and for all ships. */
-export function priorities(frames: readonly Frame[]): Table {
+/** The gain of the decided rudder over midships, for the waypoint and for all ships (Eq. 22). */
+export function prioritySeries(frames: readonly Frame[]): Table {
   return [
     minutes(frames),
     frames.map((f) => f.priority?.waypoint ?? null),
@@ -19,93 +19,75 @@ export function priorities(frames: readonly Frame[]): Table {
   ];
 }
 
-/** Degrees of rudder with nobody there, and each named ship's share: they add up to the rudder. */
-export function movers(frames: readonly Frame[], ids: readonly string[]): Table {
-  const [time, ...ships] = ofShips(frames, ids, (t) => (t.shapley_rad == null ? null : degrees(t.shapley_rad)));
-  const alone = frames.map((f) => (f.decision?.alone_rad == null ? null : degrees(f.decision.alone_rad)));
+/** The rudder without other ships and each ship's share [°]: together they are the rudder. */
+export function rudderShares(frames: readonly Frame[], ids: readonly string[]): Table {
+  const [time, ...ships] = shipSeries(frames, ids, (t) =>
+    t.shapley_rad == null ? null : degrees(t.shapley_rad),
+  );
+  const alone = frames.map((f) =>
+    f.decision?.base_rad == null ? null : degrees(f.decision.base_rad),
+  );
   return [time, alone, ...ships];
 }
 
-/** One value of each of the named ships over time. */
-export function ofShips(
+/** One value of each ship over time. */
+export function shipSeries(
   frames: readonly Frame[],
   ids: readonly string[],
   value: (target: Target) => number | null | undefined,
 ): Table {
   const columns: Column[] = ids.map(() => []);
   for (const frame of frames) {
-    const here = new Map(frame.targets.map((t) => [t.id, t]));
+    const byId = new Map(frame.targets.map((t) => [t.id, t]));
     ids.forEach((id, k) => {
-      const target = here.get(id);
+      const target = byId.get(id);
       columns[k]!.push(target ? (value(target) ?? null) : null);
     });
   }
   return [minutes(frames), ...columns];
 }
 
-const kept = new WeakMap<readonly Frame[], Map<string, Table>>();
+const cache = new WeakMap<readonly Frame[], Map<string, Table>>();
 
-/** A table of these very frames, made once: lists of frames are never changed, only replaced. */
-export function once(frames: readonly Frame[], name: string, make: () => Table): Table {
-  const tables = kept.get(frames) ?? new Map<string, Table>();
-  kept.set(frames, tables);
+/** A table made once per list of frames: lists are replaced, never changed. */
+export function cachedTable(frames: readonly Frame[], name: string, make: () => Table): Table {
+  const tables = cache.get(frames) ?? new Map<string, Table>();
+  cache.set(frames, tables);
   const table = tables.get(name) ?? make();
   tables.set(name, table);
   return table;
 }
 
 export interface SweepTable {
-  /** Rudder in degrees, + starboard. */
+  /** Starboard positive. */
   rudder_deg: number[];
   total: number[];
   waypoint: number[];
   ships: { id: string; values: number[] }[];
 }
 
-/** Q of every rudder minus Q of rudder 0, split by sub-task and by the named ships. */
-export function againstMidships(frame: Frame, ids: readonly string[]): SweepTable | null {
+/** Q of each rudder minus Q of midships: total, of the waypoint and of each ship. */
+export function sweepRelativeToMidships(frame: Frame, ids: readonly string[]): SweepTable | null {
   const sweep = frame.sweep;
   if (!sweep) return null;
-  const zero = nearest(sweep.rudder_rad, 0);
-  const less = (values: number[]): number[] => values.map((v) => v - (values[zero] ?? 0));
+  const midships = nearestIndex(sweep.rudder_rad, 0);
+  const relative = (values: number[]): number[] => values.map((v) => v - (values[midships] ?? 0));
   const ships = ids.flatMap((id) => {
     const values = frame.targets.find((t) => t.id === id)?.q_sweep;
-    return values ? [{ id, values: less(values) }] : [];
+    return values ? [{ id, values: relative(values) }] : [];
   });
   return {
     rudder_deg: sweep.rudder_rad.map(degrees),
-    total: less(sweep.waypoint.map((w, k) => w + (sweep.collision[k] ?? 0))),
-    waypoint: less(sweep.waypoint),
+    total: relative(sweep.waypoint.map((w, k) => w + (sweep.collision[k] ?? 0))),
+    waypoint: relative(sweep.waypoint),
     ships,
   };
 }
 
-export function nearest(values: readonly number[], wanted: number): number {
+function nearestIndex(values: readonly number[], value: number): number {
   let best = 0;
   values.forEach((v, k) => {
-    if (Math.abs(v - wanted) < Math.abs((values[best] ?? Infinity) - wanted)) best = k;
+    if (Math.abs(v - value) < Math.abs((values[best] ?? Infinity) - value)) best = k;
   });
   return best;
-}
-
-/** What port, midships and starboard would be worth beside the decided rudder (all relative). */
-export function alternatives(frame: Frame): { port: number; midships: number; starboard: number; decided: number } | null {
-  const table = againstMidships(frame, []);
-  const decided = frame.decision?.rudder_rad;
-  if (!table || decided === undefined) return null;
-  const best = (side: (deg: number) => boolean): number =>
-    Math.max(...table.total.filter((_, k) => side(table.rudder_deg[k]!)));
-  return {
-    port: best((deg) => deg < -0.1),
-    midships: table.total[nearest(table.rudder_deg, 0)]!,
-    starboard: best((deg) => deg > 0.1),
-    decided: interpolated(table.rudder_deg, table.total, degrees(decided)),
-  };
-}
-
-function interpolated(xs: number[], ys: number[], x: number): number {
-  const k = Math.max(1, xs.findIndex((v) => v >= x));
-  const [x0, x1] = [xs[k - 1]!, xs[k]!];
-  const share = x1 === x0 ? 0 : Math.min(Math.max((x - x0) / (x1 - x0), 0), 1);
-  return ys[k - 1]! + share * (ys[k]! - ys[k - 1]!);
 }

@@ -1,16 +1,16 @@
-/** From the sea to the screen: what is up, what stands still, how far one sees. */
+/** From positions to pixels: orientation, motion mode and range scale of the plan display. */
 
-import { bearing, distance, velocity, wrapped } from "./geometry";
-import { metres, radians } from "./units";
-import type { Frame, Place } from "../wire";
+import type { Frame } from "../protocol.gen";
+import { bearing, distance, type Position, velocity, wrapAngle } from "./geometry";
+import { milesToMetres, radians } from "./units";
 
 export type Orientation = "head-up" | "north-up" | "course-up";
 export type MotionMode = "relative" | "true";
 export type VectorMode = "true" | "relative";
 
-/** Radius of the outer ring [NM]: those that mariners know. */
-export const SCALES_NM = [0.75, 1.5, 3, 6, 12, 24] as const;
-export const RINGS = 6;
+/** Radius of the outermost ring: the usual radar range scales. */
+export const RANGE_SCALES_NM = [0.75, 1.5, 3, 6, 12, 24] as const;
+export const N_RINGS = 6;
 export const VECTOR_MINUTES = [1, 3, 6, 12, 20, 30] as const;
 export const TRAIL_MINUTES = [0, 3, 6, 12, 30] as const;
 
@@ -19,47 +19,38 @@ export interface Point {
   y: number;
 }
 
-/** A window on the sea: the place in its middle, the bearing that points up, the scale. */
+/** A map projection: the position at the centre, the bearing that points up, the scale. */
 export class View {
   private readonly sin: number;
   private readonly cos: number;
 
   constructor(
-    readonly centre: Place,
+    readonly centre: Position,
     readonly up_rad: number,
-    readonly middle: Point,
+    readonly screenCentre: Point,
     readonly px_m: number,
   ) {
     this.sin = Math.sin(up_rad);
     this.cos = Math.cos(up_rad);
   }
 
-  toScreen(p: Place): Point {
+  toScreen(p: Position): Point {
     const e = p.east_m - this.centre.east_m;
     const n = p.north_m - this.centre.north_m;
     return {
-      x: this.middle.x + (e * this.cos - n * this.sin) * this.px_m,
-      y: this.middle.y - (e * this.sin + n * this.cos) * this.px_m,
-    };
-  }
-
-  toSea(p: Point): Place {
-    const x = (p.x - this.middle.x) / this.px_m;
-    const y = (this.middle.y - p.y) / this.px_m;
-    return {
-      east_m: this.centre.east_m + x * this.cos + y * this.sin,
-      north_m: this.centre.north_m - x * this.sin + y * this.cos,
+      x: this.screenCentre.x + (e * this.cos - n * this.sin) * this.px_m,
+      y: this.screenCentre.y - (e * this.sin + n * this.cos) * this.px_m,
     };
   }
 
   /** A bearing as an angle on the screen, clockwise from up. */
   angle(bearing_rad: number): number {
-    return wrapped(bearing_rad - this.up_rad);
+    return wrapAngle(bearing_rad - this.up_rad);
   }
 }
 
 /** The bearing that points up. Course-up follows the course to the waypoint in steps of 5°. */
-export function upward(orientation: Orientation, frame: Frame): number {
+export function upBearing(orientation: Orientation, frame: Frame): number {
   if (orientation === "north-up") return 0;
   if (orientation === "head-up") return frame.own.heading_rad;
   const step = radians(5);
@@ -67,18 +58,18 @@ export function upward(orientation: Orientation, frame: Frame): number {
 }
 
 /**
- * The place in the middle of the picture. In relative motion it is own ship. In true motion
- * it stands still until own ship is farther than 0.6 of the range away, and is then set so
- * that she has the greater part of the picture ahead.
+ * The position at the centre of the picture. In relative motion it is own ship. In true motion it
+ * stays fixed until own ship is farther away than 0.6 of the range; it is then moved ahead of own
+ * ship by half the range.
  */
-export function middleOf(
+export function viewCentre(
   motion: MotionMode,
   frame: Frame,
   range_nm: number,
-  previous: Place | null,
-): Place {
+  previous: Position | null,
+): Position {
   if (motion === "relative") return frame.own;
-  const range_m = metres(range_nm);
+  const range_m = milesToMetres(range_nm);
   if (previous && distance(previous, frame.own) <= 0.6 * range_m) return previous;
   const ahead = velocity(frame.own.heading_rad, 0.5 * range_m);
   return {
@@ -87,14 +78,14 @@ export function middleOf(
   };
 }
 
-/** The end of a target's vector after `minutes`, true or relative to own ship. */
+/** The tip of a ship's vector after `minutes`, true or relative to another motion. */
 export function vectorEnd(
-  from: Place,
+  from: Position,
   course_rad: number,
   speed_m_s: number,
   minutes: number,
   relativeTo: { course_rad: number; speed_m_s: number } | null,
-): Place {
+): Position {
   const v = velocity(course_rad, speed_m_s);
   const o = relativeTo ? velocity(relativeTo.course_rad, relativeTo.speed_m_s) : null;
   const t = minutes * 60;
@@ -104,13 +95,19 @@ export function vectorEnd(
   };
 }
 
-/** The distance between two rings as text: `1 NM`, `0.125 NM`. */
-export function ringText(range_nm: number): string {
-  return `${Number((range_nm / RINGS).toFixed(3))} NM`;
+/** The point at an angle (clockwise from up) and a distance from another one. */
+export const pointFrom = (from: Point, angle: number, distance: number): Point => ({
+  x: from.x + distance * Math.sin(angle),
+  y: from.y - distance * Math.cos(angle),
+});
+
+/** The radius of a ring in miles: that of the first one is also the interval of the rings. */
+export function formatRingDistance(range_nm: number, ring = 1): string {
+  return String(Number(((range_nm * ring) / N_RINGS).toFixed(3)));
 }
 
-/** The next scale in or out; the outermost ones stay. */
-export function stepped<T>(values: readonly T[], now: T, step: -1 | 1): T {
+/** The next or previous of the values; at either end the value stays. */
+export function stepThrough<T>(values: readonly T[], now: T, step: -1 | 1): T {
   const k = values.indexOf(now);
   return values[Math.min(Math.max(k + step, 0), values.length - 1)] ?? now;
 }

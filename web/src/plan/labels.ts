@@ -1,77 +1,91 @@
-/** Numbers and names beside the ships, where they hide nothing. */
+/** Numbers and names beside the ships, where there is room. */
 
-import { numberInk } from "../domain/colours";
-import { placed, type Box } from "../domain/placing";
-import type { Ranked } from "../domain/ranking";
-import { shipName } from "../domain/units";
+import { textColourOn } from "../domain/colours";
+import { type Box, placeLabel } from "../domain/label-layout";
+import type { RankedTarget } from "../domain/ranking";
+import { shortName } from "../domain/units";
 import type { Point } from "../domain/view";
-import type { Target } from "../wire";
-import { bearings } from "./chart";
-import { ghostWords } from "./ghosts";
-import { FONT, inkOf, inside, type Context, type Scene } from "./scene";
-import { vector } from "./ships";
+import type { Target } from "../protocol.gen";
+import { drawCpaLabel } from "./cpa-ghosts";
+import { bearingLabels } from "./range-rings";
+import { type Context, FONT, isHighlighted, isVisible, type Scene, shipColour } from "./scene";
+import { vectorTip } from "./ships";
 import * as symbol from "./symbols";
 
 const VECTOR_BOX_PX = 8;
+const BADGE_PX = 16;
 
-/** Numbers of the ships of note, names where there is room. */
-export function names(c: Context, scene: Scene): void {
-  const picture: Box = { x: 2, y: 2, w: scene.width - 4, h: scene.height - 4 };
-  const taken: Box[] = [
-    around(scene.view.toScreen(scene.frame.own), 14),
-    ...bearings(scene).map(({ p }) => around(p, 10)),
+/** Labels of the coloured and hovered ships, the most prominent first, then of CPA ghosts. */
+export function drawLabels(c: Context, scene: Scene): void {
+  const bounds: Box = { x: 2, y: 2, w: scene.width - 4, h: scene.height - 4 };
+  const occupied: Box[] = [
+    squareAround(scene.view.toScreen(scene.frame.own), 14),
+    ...bearingLabels(scene).map(({ p }) => squareAround(p, 10)),
   ];
-  const told = [...scene.rows]
-    .filter((row) => scene.place(row.target.id) !== null || row.target.id === scene.hovered)
-    .sort((a, b) => b.note - a.note);
-  for (const row of told) {
-    const at = scene.view.toScreen(row.target);
-    if (inside(scene, at)) taken.push(around(at, 11), ...alongVector(scene, row.target));
-  }
-  for (const row of told) name(c, scene, row, picture, taken);
-  for (const row of scene.rows) ghostWords(c, scene, row, picture, taken);
+  const labelled = scene.rows
+    .filter((row) => scene.colourIndex(row.target.id) !== null || row.target.id === scene.hovered)
+    .filter((row) => isVisible(scene, scene.view.toScreen(row.target)))
+    .sort((a, b) => b.prominence - a.prominence);
+  for (const { target } of labelled)
+    occupied.push(squareAround(scene.view.toScreen(target), 11), ...vectorBoxes(scene, target));
+  for (const row of labelled) drawLabel(c, scene, row, bounds, occupied);
+  for (const row of scene.rows) drawCpaLabel(c, scene, row, bounds, occupied);
 }
 
-/** A ship's vector as small boxes, so that no words hide it. */
-function alongVector(scene: Scene, target: Target): Box[] {
+/** A ship's vector as small boxes, so that no label hides it. */
+function vectorBoxes(scene: Scene, target: Target): Box[] {
   if (target.lost) return [];
-  const [a, b] = [target, vector(scene, target)].map((p) => scene.view.toScreen(p)) as [Point, Point];
+  const a = scene.view.toScreen(target);
+  const b = scene.view.toScreen(vectorTip(scene, target));
   const count = Math.min(Math.floor(Math.hypot(b.x - a.x, b.y - a.y) / VECTOR_BOX_PX), 40);
   return Array.from({ length: count }, (_, k) => {
     const share = (k + 1) / count;
-    return around({ x: a.x + share * (b.x - a.x), y: a.y + share * (b.y - a.y) }, VECTOR_BOX_PX / 2);
+    const centre = { x: a.x + share * (b.x - a.x), y: a.y + share * (b.y - a.y) };
+    return squareAround(centre, VECTOR_BOX_PX / 2);
   });
 }
 
-function name(c: Context, scene: Scene, row: Ranked, picture: Box, taken: Box[]): void {
-  const { target } = row;
-  const at = scene.view.toScreen(target);
-  if (!inside(scene, at)) return;
-  const place = scene.place(target.id);
-  const lit = target.id === scene.selected || target.id === scene.hovered;
-  c.font = `${lit ? 700 : 500} 12px ${FONT}`;
-  const full = shipName(target.name);
-  const chip = place === null ? "" : String(place + 1);
-  const width = c.measureText(full).width + (chip ? 19 : 0);
-  const box = placed(at, { w: width, h: 16 }, 15, picture, taken);
-  const small = box ? null : chip ? placed(at, { w: 16, h: 16 }, 13, picture, taken) : null;
-  const there = box ?? small;
-  if (!there) return;
-  const y = there.y + there.h / 2;
-  if (chip) badge(c, scene, chip, there.x, there.y, inkOf(scene, target.id));
-  if (box)
-    symbol.text(c, full, there.x + (chip ? 20 : 0), y, lit ? scene.inks.ink : scene.inks.soft, scene.inks.sea);
+/** The number and name of a ship; the number alone where the name does not fit. */
+function drawLabel(
+  c: Context,
+  scene: Scene,
+  { target }: RankedTarget,
+  bounds: Box,
+  occupied: Box[],
+): void {
+  const { view, colours } = scene;
+  const at = view.toScreen(target);
+  const index = scene.colourIndex(target.id);
+  const highlighted = isHighlighted(scene, target.id);
+  c.font = `${highlighted ? 700 : 500} 12px ${FONT}`;
+  const name = shortName(target.name);
+  const width = c.measureText(name).width + (index === null ? 0 : 19);
+  const full = placeLabel(at, { w: width, h: BADGE_PX }, 15, bounds, occupied);
+  const box =
+    full ??
+    (index === null ? null : placeLabel(at, { w: BADGE_PX, h: BADGE_PX }, 13, bounds, occupied));
+  if (!box) return;
+  if (index !== null) drawBadge(c, scene, String(index + 1), box, shipColour(scene, target.id));
+  if (full) {
+    const x = box.x + (index === null ? 0 : 20);
+    const colour = highlighted ? colours.text : colours.muted;
+    symbol.text(c, name, x, box.y + box.h / 2, colour, colours.sea);
+  }
 }
 
-function badge(c: Context, scene: Scene, chip: string, x: number, y: number, ink: string): void {
-  c.fillStyle = ink;
+function drawBadge(c: Context, scene: Scene, number: string, at: Point, colour: string): void {
+  c.fillStyle = colour;
   c.beginPath();
-  c.roundRect(x, y, 16, 16, 4);
+  c.roundRect(at.x, at.y, BADGE_PX, BADGE_PX, 4);
   c.fill();
   c.font = `700 11px ${FONT}`;
-  symbol.text(c, chip, x + 8, y + 8.5, numberInk(ink, scene.choices.palette), null, "center");
+  const textColour = textColourOn(colour, scene.settings.palette);
+  symbol.text(c, number, at.x + 8, at.y + 8.5, textColour, null, "center");
 }
 
-const around = (p: Point, half: number): Box => ({
-  x: p.x - half, y: p.y - half, w: 2 * half, h: 2 * half,
+const squareAround = (p: Point, half: number): Box => ({
+  x: p.x - half,
+  y: p.y - half,
+  w: 2 * half,
+  h: 2 * half,
 });

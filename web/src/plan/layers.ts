@@ -1,25 +1,25 @@
-/** The layers of the plan display, from the sea up. */
+/** The layers of the plan display, from the bottom up. */
 
-import { rings, route } from "./chart";
-import { ghosts } from "./ghosts";
-import { names } from "./labels";
-import { FONT, type Context, type Scene } from "./scene";
-import { domain, own, targets } from "./ships";
-import { compared, predicted, trails, whatIf } from "./tracks";
+import { drawCpaGhosts } from "./cpa-ghosts";
+import { drawLabels } from "./labels";
+import { drawRangeRings, drawRoute } from "./range-rings";
+import { type Context, FONT, type Scene } from "./scene";
+import { drawDomain, drawOwnShip, drawTargets } from "./ships";
+import { drawComparedTrack, drawPredictedTrack, drawTrails, drawWhatIfTrack } from "./tracks";
 
-export function draw(c: Context, scene: Scene): void {
-  c.fillStyle = scene.inks.sea;
+export function drawPlan(c: Context, scene: Scene): void {
+  c.fillStyle = scene.colours.sea;
   c.fillRect(0, 0, scene.width, scene.height);
   c.font = `12px ${FONT}`;
-  rings(c, scene);
-  route(c, scene);
-  trails(c, scene);
-  domain(c, scene);
-  predicted(c, scene);
-  whatIf(c, scene);
-  compared(c, scene);
-  ghosts(c, scene);
-  targets(c, scene);
-  own(c, scene);
-  names(c, scene);
+  drawRangeRings(c, scene);
+  drawRoute(c, scene);
+  drawTrails(c, scene);
+  drawDomain(c, scene);
+  drawPredictedTrack(c, scene);
+  drawWhatIfTrack(c, scene);
+  drawComparedTrack(c, scene);
+  drawCpaGhosts(c, scene);
+  drawTargets(c, scene);
+  drawOwnShip(c, scene);
+  drawLabels(c, scene);
 }

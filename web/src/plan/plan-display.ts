@@ -1,21 +1,23 @@
-/** The plan display: the canvas, what the pointer does on it, and its permanent indications. */
+/** The plan display: its canvas, pointer input and status text. */
 
-import { css, html, LitElement } from "lit";
+import { css, html } from "lit";
 import { customElement, query } from "lit/decorators.js";
 
-import { middleOf, SCALES_NM, upward, View, stepped } from "../domain/view";
-import { store, Watch } from "../store";
+import { StoreElement } from "../components/store-element";
+import type { Position } from "../domain/geometry";
+import { RANGE_SCALES_NM, stepThrough, upBearing, View, viewCentre } from "../domain/view";
+import { store } from "../store";
 import { shared } from "../style/shared";
-import type { Place } from "../wire";
-import { inks } from "./inks";
-import { draw } from "./layers";
-import { described, under } from "./reading";
-import { asPlaces, radiusFor, scaleFor, type Scene } from "./scene";
+import { targetAt } from "./hit-test";
+import { drawPlan } from "./layers";
+import { planColours } from "./plan-colours";
+import { describePlan } from "./plan-description";
+import { pixelsPerMetre, ringRadius, type Scene, toPositions } from "./scene";
 
 const FLASH_MS = 500;
 
 @customElement("gh-plan")
-export class PlanDisplay extends LitElement {
+export class PlanDisplay extends StoreElement {
   static override styles = [
     shared,
     css`
@@ -37,7 +39,7 @@ export class PlanDisplay extends LitElement {
       canvas.stale {
         filter: grayscale(1) opacity(0.45);
       }
-      .stale-word {
+      .stale-banner {
         position: absolute;
         left: 50%;
         top: 12px;
@@ -54,7 +56,7 @@ export class PlanDisplay extends LitElement {
         inset: 0;
         display: grid;
         place-items: center;
-        color: var(--gh-soft);
+        color: var(--gh-muted);
         font-size: 15px;
       }
     `,
@@ -62,20 +64,15 @@ export class PlanDisplay extends LitElement {
 
   @query("canvas") private canvas!: HTMLCanvasElement;
   private scene: Scene | null = null;
-  private middle: Place | null = null;
+  private centre: Position | null = null;
   private readonly sizes = new ResizeObserver(() => this.requestUpdate());
   private flash = 0;
-
-  constructor() {
-    super();
-    new Watch(this, store);
-  }
 
   override connectedCallback(): void {
     super.connectedCallback();
     this.sizes.observe(this);
     this.flash = window.setInterval(() => {
-      if (store.alarms.some((a) => a.state === "unacknowledged")) this.requestUpdate();
+      if (store.hasOpenAlarm) this.requestUpdate();
     }, FLASH_MS);
     void document.fonts?.load("12px 'Noto Sans'").then(() => this.requestUpdate());
   }
@@ -87,20 +84,20 @@ export class PlanDisplay extends LitElement {
   }
 
   override render() {
-    const alive = store.liveness;
-    const stale = alive.state === "stale";
+    const { liveness } = store;
+    const stale = liveness.state === "stale";
     return html`
       <canvas
         role="img"
         class=${stale ? "stale" : ""}
-        aria-label=${this.scene ? described(this.scene) : "Plan display, empty"}
+        aria-label=${this.scene ? describePlan(this.scene) : "Plan display, empty"}
         @pointermove=${this.move}
         @pointerleave=${() => store.hover(null)}
         @click=${this.choose}
         @wheel=${{ handleEvent: this.wheel, passive: false }}
       ></canvas>
-      ${stale ? html`<div class="stale-word" role="status">NOT LIVE · ${alive.text}</div>` : ""}
-      ${store.frame ? "" : html`<div class="empty">${alive.text}</div>`}
+      ${stale ? html`<div class="stale-banner" role="status">NOT LIVE · ${liveness.text}</div>` : ""}
+      ${store.frame ? "" : html`<div class="empty">${liveness.text}</div>`}
     `;
   }
 
@@ -116,65 +113,67 @@ export class PlanDisplay extends LitElement {
     }
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.scene = this.compose(width, height);
-    if (this.scene) draw(context, this.scene);
+    if (this.scene) drawPlan(context, this.scene);
     else context.clearRect(0, 0, width, height);
   }
 
   private compose(width: number, height: number): Scene | null {
     const frame = store.frame;
     if (!frame) return null;
-    const choices = store.settings.all;
-    const radius = radiusFor(width, height);
-    this.middle = middleOf(choices.motion, frame, choices.range_nm, this.middle);
+    const settings = store.settings.values;
+    const radius = ringRadius(width, height);
+    this.centre = viewCentre(settings.motion, frame, settings.range_nm, this.centre);
     const view = new View(
-      this.middle,
-      upward(choices.orientation, frame),
+      this.centre,
+      upBearing(settings.orientation, frame),
       { x: width / 2, y: height / 2 },
-      scaleFor(radius, choices.range_nm),
+      pixelsPerMetre(radius, settings.range_nm),
     );
     return {
       frame,
       frames: store.frames,
       compare: store.compareFrames,
-      path: asPlaces(store.path),
-      whatIf: asPlaces(store.whatIf?.other ?? []),
+      path: toPositions(store.path),
+      whatIf: toPositions(store.whatIf?.other ?? []),
       rows: store.rows,
-      encounters: store.now?.encounters ?? {},
       selected: store.selected,
       hovered: store.hovered,
-      place: (id) => store.book.place(id),
-      choices,
-      inks: inks(choices.palette),
+      colourIndex: (id) => store.colours.indexOf(id),
+      settings,
+      colours: planColours(settings.palette),
       view,
       width,
       height,
       radius,
-      bright: Math.floor(performance.now() / FLASH_MS) % 2 === 0,
-      stale: store.liveness.state === "stale",
+      flashOn: Math.floor(performance.now() / FLASH_MS) % 2 === 0,
     };
   }
 
-  private at(event: PointerEvent | MouseEvent) {
+  private eventPoint(event: PointerEvent | MouseEvent) {
     const box = this.canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
 
-  private move(event: PointerEvent): void {
+  private readonly move = (event: PointerEvent): void => {
     if (event.pointerType === "touch" || !this.scene) return;
-    const target = under(this.scene, this.at(event));
+    const target = targetAt(this.scene, this.eventPoint(event));
     store.hover(target?.id ?? null);
     this.canvas.style.cursor = target ? "pointer" : "default";
-  }
+  };
 
-  private choose(event: MouseEvent): void {
+  private readonly choose = (event: MouseEvent): void => {
     if (!this.scene) return;
-    const target = under(this.scene, this.at(event), 26);
+    const target = targetAt(this.scene, this.eventPoint(event), 26);
     store.select(target?.id ?? null);
-  }
+  };
 
   private readonly wheel = (event: WheelEvent): void => {
     event.preventDefault();
-    const range_nm = stepped(SCALES_NM, store.settings.all.range_nm as never, event.deltaY > 0 ? 1 : -1);
+    const range_nm = stepThrough(
+      RANGE_SCALES_NM,
+      store.settings.values.range_nm as never,
+      event.deltaY > 0 ? 1 : -1,
+    );
     store.settings.set({ range_nm });
   };
 }

@@ -1,63 +1,63 @@
-/** Everything one picture of the plan display is made of. */
+/** All that one picture of the plan display depends on. */
 
-import type { Motion } from "../domain/geometry";
-import type { Ranked } from "../domain/ranking";
-import { metres } from "../domain/units";
+import type { Position } from "../domain/geometry";
+import type { RankedTarget } from "../domain/ranking";
+import { milesToMetres } from "../domain/units";
 import type { Point, View } from "../domain/view";
-import type { Choices } from "../settings";
-import type { Encounter, Frame, Place } from "../wire";
-import type { Inks } from "./inks";
+import type { Frame } from "../protocol.gen";
+import type { SettingValues } from "../settings";
+import type { PlanColours } from "./plan-colours";
 
 export type Context = CanvasRenderingContext2D;
 export const FONT = '"Noto Sans", "DejaVu Sans", sans-serif';
 
 export interface Scene {
   frame: Frame;
-  /** Past frames, the last of them `frame`. */
+  /** Past frames; the last one is `frame`. */
   frames: readonly Frame[];
+  /** Frames of the compared pilot. */
   compare: readonly Frame[];
-  path: readonly Place[];
-  /** Own ship's track under the condition that was asked about; empty when nothing was. */
-  whatIf: readonly Place[];
-  rows: readonly Ranked[];
-  encounters: Record<string, Encounter>;
+  /** Own ship's predicted track. */
+  path: readonly Position[];
+  /** Own ship's track of the last what-if answer, or empty. */
+  whatIf: readonly Position[];
+  rows: readonly RankedTarget[];
   selected: string | null;
   hovered: string | null;
-  /** Place of a ship of note in the palette, `null` for all others. */
-  place: (id: string) => number | null;
-  choices: Readonly<Choices>;
-  inks: Inks;
+  /** Index of a ship's colour, `null` for ships without one. */
+  colourIndex: (id: string) => number | null;
+  settings: Readonly<SettingValues>;
+  colours: PlanColours;
   view: View;
   width: number;
   height: number;
-  /** Radius of the outer ring [px]. */
+  /** Radius of the outermost ring [px]. */
   radius: number;
   /** Whether flashing symbols are in their bright half. */
-  bright: boolean;
-  /** The picture is not of now: it is drawn in grey. */
-  stale: boolean;
+  flashOn: boolean;
 }
 
-export function inkOf(scene: Scene, id: string): string {
-  const place = scene.place(id);
-  return place === null ? scene.inks.other : (scene.inks.ships[place] ?? scene.inks.other);
+export function shipColour(scene: Scene, id: string): string {
+  const index = scene.colourIndex(id);
+  return index === null ? scene.colours.other : (scene.colours.ships[index] ?? scene.colours.other);
 }
 
-/** Own ship as what keeps her heading and speed. */
-export const ownMotion = (frame: Frame): Motion => ({
-  east_m: frame.own.east_m,
-  north_m: frame.own.north_m,
-  course_rad: frame.own.heading_rad,
-  speed_m_s: frame.own.speed_m_s,
-});
+/** The alarm colour for a ship under alarm, else its own. */
+export const targetColour = (scene: Scene, { target, alarm }: RankedTarget): string =>
+  alarm ? scene.colours.alarm : shipColour(scene, target.id);
 
-export function inside(scene: Scene, p: Point, margin = 0): boolean {
+export const isHighlighted = (scene: Scene, id: string): boolean =>
+  id === scene.selected || id === scene.hovered;
+
+export function isVisible(scene: Scene, p: Point, margin = 0): boolean {
   return (
     p.x >= -margin && p.y >= -margin && p.x <= scene.width + margin && p.y <= scene.height + margin
   );
 }
 
-export const radiusFor = (width: number, height: number): number => Math.min(width, height) / 2 - 34;
-export const scaleFor = (radius: number, range_nm: number): number => radius / metres(range_nm);
-export const asPlaces = (path: readonly [number, number][]): Place[] =>
+export const ringRadius = (width: number, height: number): number =>
+  Math.min(width, height) / 2 - 34;
+export const pixelsPerMetre = (radius: number, range_nm: number): number =>
+  radius / milesToMetres(range_nm);
+export const toPositions = (path: readonly [number, number][]): Position[] =>
   path.map(([east_m, north_m]) => ({ east_m, north_m }));

@@ -1,15 +1,18 @@
-/** Ways over time: past positions, own ship's track ahead, "what if", another pilot's voyage. */
+/** Tracks: past positions, own ship's predicted and what-if tracks, the compared pilot's track. */
 
-import type { Frame } from "../wire";
-import { inkOf, inside, type Context, type Scene } from "./scene";
+import { type Point, pointFrom } from "../domain/view";
+import type { Frame } from "../protocol.gen";
+import { type Context, isVisible, type Scene, shipColour } from "./scene";
 import * as symbol from "./symbols";
 
-/** From one point of a track ahead to the next. */
+/** Time between two points of a predicted track. */
 const PATH_STEP_S = 30;
+/** Time between two marks on it. */
+const MARK_EVERY_S = 300;
 
-/** Past positions: dots equally spaced in time, relative to own ship in relative motion. */
-export function trails(c: Context, scene: Scene): void {
-  const { trail_min, motion } = scene.choices;
+/** Past positions as dots equally spaced in time, relative to own ship in relative motion. */
+export function drawTrails(c: Context, scene: Scene): void {
+  const { trail_min, motion } = scene.settings;
   if (!trail_min) return;
   const span_s = trail_min * 60;
   const every_s = Math.max(30, span_s / 12);
@@ -21,13 +24,19 @@ export function trails(c: Context, scene: Scene): void {
     if (age > span_s) break;
     if (age <= 0 || Math.floor(past.time_s / every_s) === last) continue;
     last = Math.floor(past.time_s / every_s);
-    pastPositions(c, scene, past, motion === "relative", 1 - 0.6 * (age / span_s));
+    drawPastPositions(c, scene, past, motion === "relative", 1 - 0.6 * (age / span_s));
   }
   c.globalAlpha = 1;
 }
 
-function pastPositions(c: Context, scene: Scene, past: Frame, relative: boolean, alpha: number): void {
-  const { view, frame, inks } = scene;
+function drawPastPositions(
+  c: Context,
+  scene: Scene,
+  past: Frame,
+  relative: boolean,
+  alpha: number,
+): void {
+  const { view, frame, colours } = scene;
   const shift = relative
     ? { east_m: frame.own.east_m - past.own.east_m, north_m: frame.own.north_m - past.own.north_m }
     : { east_m: 0, north_m: 0 };
@@ -37,51 +46,50 @@ function pastPositions(c: Context, scene: Scene, past: Frame, relative: boolean,
       east_m: target.east_m + shift.east_m,
       north_m: target.north_m + shift.north_m,
     });
-    const noted = scene.place(target.id) !== null;
-    if (inside(scene, p)) symbol.dot(c, p, noted ? 1.7 : 1, inkOf(scene, target.id));
+    const coloured = scene.colourIndex(target.id) !== null;
+    if (isVisible(scene, p)) symbol.dot(c, p, coloured ? 1.7 : 1, shipColour(scene, target.id));
   }
-  if (!relative) symbol.dot(c, view.toScreen(past.own), 1.7, inks.own);
+  if (!relative) symbol.dot(c, view.toScreen(past.own), 1.7, colours.own);
 }
 
-/** Where own ship goes under the pilot, with a mark every five minutes. */
-export function predicted(c: Context, scene: Scene): void {
-  const { path, view, inks } = scene;
+/** Own ship's track under the pilot. */
+export function drawPredictedTrack(c: Context, scene: Scene): void {
+  const { path, view, colours } = scene;
   if (path.length < 2) return;
   const points = path.map((p) => view.toScreen(p));
-  symbol.polyline(c, points, inks.path, 2.2);
-  points.forEach((p, k) => {
-    if (k && (k * PATH_STEP_S) % 300 === 0) {
-      symbol.dot(c, p, 3.4, inks.sea);
-      c.strokeStyle = inks.path;
-      c.lineWidth = 1.6;
-      c.beginPath();
-      c.arc(p.x, p.y, 3.4, 0, 2 * Math.PI);
-      c.stroke();
-    }
-  });
+  symbol.polyline(c, points, colours.path, 2.2);
+  for (const p of timeMarks(points)) {
+    symbol.dot(c, p, 3.4, colours.sea);
+    symbol.circle(c, p, 3.4, colours.path, 1.6);
+  }
 }
 
-/** Where own ship would go under the condition asked about, with the same marks as the prediction. */
-export function whatIf(c: Context, scene: Scene): void {
-  const { view, inks } = scene;
+/** Own ship's track under the what-if condition. */
+export function drawWhatIfTrack(c: Context, scene: Scene): void {
+  const { view, colours } = scene;
   const points = scene.whatIf.map((p) => view.toScreen(p));
-  symbol.polyline(c, points, inks.whatIf, 2.2, [8, 5]);
-  points.forEach((p, k) => {
-    if (k && (k * PATH_STEP_S) % 300 === 0) symbol.dot(c, p, 2.6, inks.whatIf);
-  });
+  symbol.polyline(c, points, colours.whatIf, 2.2, [8, 5]);
+  for (const p of timeMarks(points)) symbol.dot(c, p, 2.6, colours.whatIf);
 }
 
-/** Own ship as another pilot would have steered her. */
-export function compared(c: Context, scene: Scene): void {
+const timeMarks = (points: readonly Point[]): Point[] =>
+  points.filter((_, k) => k > 0 && (k * PATH_STEP_S) % MARK_EVERY_S === 0);
+
+/** Own ship's track and position under the compared pilot. */
+export function drawComparedTrack(c: Context, scene: Scene): void {
   const last = scene.compare.at(-1);
   if (!last) return;
-  const { view, inks } = scene;
-  symbol.polyline(c, scene.compare.map((f) => view.toScreen(f.own)), inks.compare, 1.8, [7, 4]);
-  const at = view.toScreen(last.own);
-  symbol.ownShip(c, at, inks.compare);
-  const ahead = view.angle(last.own.heading_rad);
-  symbol.line(
-    c, at, { x: at.x + 26 * Math.sin(ahead), y: at.y - 26 * Math.cos(ahead) }, inks.compare, 1.5,
+  const { view, colours } = scene;
+  symbol.polyline(
+    c,
+    scene.compare.map((f) => view.toScreen(f.own)),
+    colours.compare,
+    1.8,
+    [7, 4],
   );
-  symbol.text(c, last.pilot, at.x + 13, at.y + 14, inks.compare, inks.sea);
+  const at = view.toScreen(last.own);
+  symbol.ownShip(c, at, colours.compare);
+  const ahead = view.angle(last.own.heading_rad);
+  symbol.line(c, at, pointFrom(at, ahead, 26), colours.compare, 1.5);
+  symbol.text(c, last.pilot, at.x + 13, at.y + 14, colours.compare, colours.sea);
 }

@@ -1,4 +1,4 @@
-/** What all components look like: panels, buttons, numbers. Colours come from theme.css. */
+/** The common style of panels, buttons and numbers; theme.css has the colours. */
 
 import { css } from "lit";
 
@@ -7,7 +7,7 @@ export const shared = css`
     font-family: var(--gh-font);
     font-size: 13px;
     line-height: 1.3;
-    color: var(--gh-ink);
+    color: var(--gh-text);
   }
   * {
     box-sizing: border-box;
@@ -30,7 +30,7 @@ export const shared = css`
   }
   button:hover:not(:disabled),
   select:hover:not(:disabled) {
-    border-color: var(--gh-soft);
+    border-color: var(--gh-muted);
   }
   :disabled {
     opacity: 0.45;
@@ -45,18 +45,18 @@ export const shared = css`
     outline: 2px solid var(--gh-accent);
     outline-offset: 1px;
   }
-  .group {
+  .button-group {
     display: inline-flex;
   }
-  .group button {
+  .button-group button {
     border-radius: 0;
     margin-left: -1px;
   }
-  .group button:first-child {
+  .button-group button:first-child {
     border-radius: 4px 0 0 4px;
     margin-left: 0;
   }
-  .group button:last-child {
+  .button-group button:last-child {
     border-radius: 0 4px 4px 0;
   }
   h2 {
@@ -64,17 +64,17 @@ export const shared = css`
     font-weight: 600;
     letter-spacing: 0.06em;
     text-transform: uppercase;
-    color: var(--gh-soft);
+    color: var(--gh-muted);
     margin: 0;
   }
-  .soft {
-    color: var(--gh-soft);
+  .muted {
+    color: var(--gh-muted);
   }
   .number {
     font-variant-numeric: tabular-nums;
     white-space: nowrap;
   }
-  .chip {
+  .badge {
     display: inline-grid;
     place-items: center;
     width: 18px;
@@ -86,7 +86,7 @@ export const shared = css`
     background: var(--ship, transparent);
     flex: none;
   }
-  .hidden {
+  .visually-hidden {
     position: absolute;
     width: 1px;
     height: 1px;

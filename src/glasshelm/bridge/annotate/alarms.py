@@ -8,7 +8,7 @@ has at most one alarm. A lost target raises none, but keeps its alarm while it i
 import dataclasses
 
 from glasshelm.bridge.server.protocol import Alarm, AlarmLimits
-from glasshelm.frames.phrases import approach, lasting, miles
+from glasshelm.frames.phrases import cpa_words, duration, miles
 from glasshelm.frames.schema import Frame, Target
 
 #: An alarm ends when a value exceeds its limit by this factor ...
@@ -61,7 +61,7 @@ class AlarmList:
         return target.lost or (near and -PAST_S < target.tcpa_s <= RELEASE * self.limits.tcpa_s)
 
     def _message(self, target: Target, alarm: _ActiveAlarm) -> Alarm:
-        limits = f"limits {miles(self.limits.dcpa_m)} and {lasting(self.limits.tcpa_s)}"
+        limits = f"limits {miles(self.limits.dcpa_m)} and {duration(self.limits.tcpa_s)}"
         lost = "; lost, as last heard" if target.lost else ""
         return Alarm(
             alarm.id,
@@ -71,5 +71,5 @@ class AlarmList:
             target.tcpa_s,
             alarm.since_s,
             "acknowledged" if alarm.acknowledged else "unacknowledged",
-            f"{approach(target.dcpa_m, target.tcpa_s)}; {limits}{lost}",
+            f"{cpa_words(target.dcpa_m, target.tcpa_s)}; {limits}{lost}",
         )

@@ -24,7 +24,7 @@ from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.report.band_text import in_full, in_short
+from glasshelm.report.band_text import full_band_text, short_band_text
 from glasshelm.whatif.logged_world import pilot_of
 
 #: At most this share of a core's time, and of the time a frame is shown, is spent on bands.
@@ -150,5 +150,5 @@ def band_message(
 def to_message(frame: Frame, reason: str = "") -> BandMessage:
     """Return the band of a frame as a message, or the reason why it has none."""
     rudder = None if frame.decision is None else frame.decision.rudder_rad
-    short, full = in_short(frame), reason or in_full(frame)
+    short, full = short_band_text(frame), reason or full_band_text(frame)
     return BandMessage(frame.time_s, frame.pilot, rudder, frame.band, short, full)

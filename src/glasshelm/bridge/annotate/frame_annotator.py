@@ -11,7 +11,7 @@ from glasshelm.bridge.server.protocol import Alarm, EncounterStatus, Sentence
 from glasshelm.bridge.sessions.session import PredictedTrack
 from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.frames.schema import Frame
-from glasshelm.report.current_sentence import FRAMES, now
+from glasshelm.report.current_sentence import LOOK_BACK_FRAMES, current_sentence
 
 #: The part that raises alarms: where it fails, nothing may be written back.
 RAISING_ALARMS = "raising alarms"
@@ -34,7 +34,7 @@ class FrameAnnotator:
     def __init__(self, alarms: AlarmList, faults: FaultLog):
         self._alarms, self._faults = alarms, faults
         self._last_alarms: list[Alarm] = []
-        self._recent: deque[Frame] = deque(maxlen=FRAMES)
+        self._recent: deque[Frame] = deque(maxlen=LOOK_BACK_FRAMES)
         self._encounters = EncounterTracker()
 
     def reset(self, lines: list[bytes]) -> None:
@@ -66,5 +66,5 @@ class FrameAnnotator:
 
     def _sentence(self, ahead: PredictedTrack | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        current = now(tuple(self._recent), rows, step_s, self._encounters.kinds)
+        current = current_sentence(tuple(self._recent), rows, step_s, self._encounters.kinds)
         return None if current is None else Sentence(current.what, current.why, current.next)

@@ -12,7 +12,7 @@ from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.whatif.ask import MINUTES, what_if
 from glasshelm.whatif.changes import Change, Deleted, Hidden, KeptCourse, Rudder
-from glasshelm.whatif.counterfactual_rollout import Future
+from glasshelm.whatif.counterfactual_rollout import BranchRollout
 from glasshelm.whatif.logged_world import pilot_of
 
 #: Frames before the one shown that rebuild a pilot's memory (20 minutes); networks need 4.
@@ -58,10 +58,10 @@ def answer(query: WhatIfQuery) -> WhatIfMessage:
         time_s=query.frames[query.number].time_s,
         change=request.change,
         ship=request.ship,
-        condition=result.other.condition,
-        sentence=result.sentence,
-        fact=_points(result.fact),
-        other=_points(result.other),
+        condition=result.counterfactual.condition,
+        sentence=result.summary,
+        fact=_points(result.factual),
+        other=_points(result.counterfactual),
     )
 
 
@@ -77,5 +77,5 @@ def _change(request: AskWhatIf) -> Change:
     return (Deleted if request.change == "deleted" else Hidden)(request.ship)
 
 
-def _points(future: Future) -> list[list[float]]:
+def _points(future: BranchRollout) -> list[list[float]]:
     return track_points(future.track_m, future.branch.settings.step_s)

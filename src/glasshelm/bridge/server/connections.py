@@ -2,7 +2,7 @@
 
 uvicorn speaks HTTP and WebSocket, but keeps a connection that never asks for anything, answers
 pings of a client that does not read, and reads whatever is sent. Here are its two protocols with
-bounds; docs/bridge.md lists them in a table.
+bounds; docs/reference/bridge.md lists them in a table.
 """
 
 import asyncio

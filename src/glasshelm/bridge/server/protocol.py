@@ -1,10 +1,10 @@
 """The messages between the page and the server: JSON objects, each with a ``type``.
 
-docs/bridge.md lists them in a table. A frame travels as the bytes of its line in the log, so it is
-encoded once however many viewers there are.
+docs/reference/bridge.md lists them in a table. A frame travels as the bytes of its line in the
+log, so it is encoded once however many viewers there are.
 """
 
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 
@@ -19,6 +19,10 @@ SourceKind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
 #: An owner may change what everybody sees; a viewer may only watch, and ask what-if questions.
 Role = Literal["owner", "viewer"]
+#: A frame as its line in the log, encoded once.
+EncodedFrame = Annotated[msgspec.Raw, msgspec.Meta(extra_json_schema={"$ref": "#/$defs/Frame"})]
+#: East and north [m].
+Point = Annotated[list[float], msgspec.Meta(min_length=2, max_length=2)]
 
 
 class AlarmLimits(msgspec.Struct, frozen=True):
@@ -213,8 +217,8 @@ class SessionMessage(ServerMessage, frozen=True, tag="session"):
 class History(ServerMessage, frozen=True):
     """The frames before the one shown; ``compare`` holds those of the compared pilot."""
 
-    frames: list[msgspec.Raw]
-    compare: list[msgspec.Raw]
+    frames: list[EncodedFrame]
+    compare: list[EncodedFrame]
 
 
 class Sentence(msgspec.Struct, frozen=True):
@@ -232,12 +236,12 @@ class EncounterStatus(msgspec.Struct, frozen=True):
 
 
 class FrameMessage(ServerMessage, frozen=True, tag="frame", omit_defaults=True):
-    frame: msgspec.Raw
+    frame: EncodedFrame
     encounters: dict[str, EncounterStatus]
     sent_utc: str
     sentence: Sentence | None
-    compare: msgspec.Raw | None = None
-    path: list[Any] | None = None
+    compare: EncodedFrame | None = None
+    path: list[Point] | None = None
 
 
 class Alarm(msgspec.Struct, frozen=True):
@@ -264,8 +268,8 @@ class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
     ship: str | None
     condition: str
     sentence: str
-    fact: list[list[float]]
-    other: list[list[float]]
+    fact: list[Point]
+    other: list[Point]
 
 
 class BandMessage(ServerMessage, frozen=True, tag="band"):

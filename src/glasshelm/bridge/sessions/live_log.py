@@ -75,13 +75,13 @@ class LiveLog(SessionLog):
 
     def _try_to_write(self) -> None:
         try:
-            if self._log is not None and self._log.gone:
+            if self._log is not None and self._log.replaced:
                 self._close_file()
                 self._n_unwritten = len(self._held.lines)
             if self._log is None:
                 self._log = FrameLog(self._new_path())
             while self._n_unwritten:
-                self._log.add(self._held.lines[-self._n_unwritten])
+                self._log.append_line(self._held.lines[-self._n_unwritten])
                 self._n_unwritten -= 1
         except Exception as error:
             # The reason alone, without the folder.

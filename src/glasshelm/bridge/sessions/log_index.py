@@ -10,7 +10,7 @@ import msgspec
 
 from glasshelm.bridge.server.protocol import LogEntry
 from glasshelm.core.errors import NOT_JSON, InputError
-from glasshelm.frames.frame_log import LONGEST
+from glasshelm.frames.frame_log import MAX_LINE_BYTES
 
 SUFFIX = ".jsonl"
 #: At most so many logs are listed, the newest first.
@@ -56,9 +56,9 @@ class _Count:
         before = self.n_bytes
         with open(path, "rb") as file:
             if before == 0:
-                first = file.readline(LONGEST + 1)
+                first = file.readline(MAX_LINE_BYTES + 1)
                 if not first.endswith(b"\n"):  # not written to its end, or longer than a frame
-                    self.is_log = len(first) <= LONGEST
+                    self.is_log = len(first) <= MAX_LINE_BYTES
                     return len(first)
                 try:
                     self.time_utc = msgspec.json.decode(first, type=_Start).time_utc

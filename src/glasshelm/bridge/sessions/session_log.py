@@ -165,7 +165,7 @@ class FileLog(SessionLog):
     def append(self, frame: Frame) -> bytes:
         assert self._log is not None, "this log is read only"
         with hide_paths(self.path.name, self.path):
-            if self._log.gone:
+            if self._log.replaced:
                 self._log = self._restored()
             line = self._log.write(frame)
         self._add(frame, line)

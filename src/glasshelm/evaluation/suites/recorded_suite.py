@@ -46,7 +46,7 @@ class Windows:
 
 @dataclasses.dataclass(frozen=True)
 class Window:
-    """Own ship's MMSI (``OWN_SENSORS``: the recorder), when it begins, whom she closes."""
+    """Own ship's MMSI (``OWN_SENSORS``: the recorder), when it begins, which ship it closes on."""
 
     mmsi: int
     begins_s: float
