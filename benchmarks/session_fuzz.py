@@ -35,7 +35,7 @@ from websockets.exceptions import ConnectionClosed
 
 from glasshelm.ais.table import OWN_SENSORS, Reports
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import AlarmLimits
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.feeds.feed_factory import feed_from
 from glasshelm.live.traffic_picture import TrafficPicture
@@ -163,7 +163,7 @@ async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event)
     pilot = StraightPilot()
     live = LiveSession("fuzz", feed, picture, pilot, "paper", logs)
     live.warm_up(pilot)
-    presenter = Presenter(live, AlarmLimits())
+    presenter = Presenter(live, DEFAULT_ALARM_LIMITS)
     listening = asyncio.create_task(presenter.session.listen())
     quiet_since, heard = time.monotonic(), -1
     try:

@@ -111,7 +111,7 @@ def test_what_is_shown_goes_on_while_something_is_prepared(tmp_path, held, asked
             try:
                 # Frames come to both; she who asked is answered, and may act on an alarm.
                 for viewer in (first, second):
-                    assert (await viewer.next("preparing"))["what"]
+                    assert (await viewer.next("preparing"))["task"]
                     times = [(await viewer.next("frame"))["frame"]["time_s"] for _ in range(3)]
                     assert times == sorted(set(times))
                 await second.ask("ping")
@@ -126,7 +126,7 @@ def test_what_is_shown_goes_on_while_something_is_prepared(tmp_path, held, asked
                 await second.ask("rate", rate=7)
             finally:
                 go_on.set()
-            while (await first.next("preparing"))["what"]:
+            while (await first.next("preparing"))["task"]:
                 pass
             while hub._requests:
                 await asyncio.sleep(0.01)
@@ -158,7 +158,7 @@ def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_don
         showing = asyncio.create_task(hub.show(slowly))
         try:
             viewer = await Viewer(hub).join()
-            assert (await viewer.next("preparing"))["what"]
+            assert (await viewer.next("preparing"))["task"]
             await viewer.ask("limits", dcpa_m=100.0, tcpa_s=60.0)
             await viewer.ask("pause")
             await viewer.ask("ping")
@@ -298,11 +298,11 @@ def test_how_far_a_log_was_read_is_told_to_all(tmp_path, monkeypatch):
         async with preparing.announce("a.jsonl"):
             await preparing.run(lambda: preparing.report_progress(0.25))
             await asyncio.sleep(0)
-            assert json.loads(preparing.snapshot[0][1])["what"] == "a.jsonl (25%)"
+            assert json.loads(preparing.snapshot[0][1])["task"] == "a.jsonl (25%)"
         preparing.report_progress(0.5)  # too late
         await asyncio.sleep(0)
 
     asyncio.run(read())
     preparing.close()
-    whats = [json.loads(message)["what"] for _, message in told]
+    whats = [json.loads(message)["task"] for _, message in told]
     assert whats == ["a.jsonl", "a.jsonl (25%)", None]

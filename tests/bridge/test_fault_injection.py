@@ -18,7 +18,7 @@ from glasshelm.bridge.annotate.band_worker import BandWorker
 from glasshelm.bridge.server import fault_log
 from glasshelm.bridge.server.fault_log import FaultLog, describe_error, supervise
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import AlarmLimits
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions import live_log
@@ -59,9 +59,9 @@ class Watched:
         self.live = LiveSession(
             "tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder
         )
-        self.presenter = Presenter(self.live, AlarmLimits())
+        self.presenter = Presenter(self.live, DEFAULT_ALARM_LIMITS)
         self.hub = SessionHub(SourceList(LogIndex(folder)), folder, self.writer)
-        self.self.hub.player.presenter, self.hub.player.playing = self.presenter, True
+        self.hub.player.presenter, self.hub.player.playing = self.presenter, True
         self.viewer = ViewerQueue()
         self.hub.viewers.add(self.viewer)
         self.time_s = 0.0

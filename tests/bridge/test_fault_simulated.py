@@ -10,7 +10,7 @@ from tests.bridge.frames import Other, frame
 from tests.broken_disk import BrokenDisk
 
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import AlarmLimits, Compare, Play, Seek, SetPilot
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS, Compare, Play, Seek, SetPilot
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions import session_log
@@ -35,9 +35,9 @@ class Played:
     """A session whose steps are taken one by one."""
 
     def __init__(self, folder, session):
-        self.session, self.presenter = session, Presenter(session, AlarmLimits())
+        self.session, self.presenter = session, Presenter(session, DEFAULT_ALARM_LIMITS)
         self.hub = SessionHub(SourceList(LogIndex(folder)), folder)
-        self.self.hub.player.presenter, self.hub.player.playing = self.presenter, True
+        self.hub.player.presenter, self.hub.player.playing = self.presenter, True
         self.viewer = ViewerQueue()
         self.hub.viewers.add(self.viewer)
         self.times: list[float] = []

@@ -159,7 +159,7 @@ def test_any_bytes_are_answered_or_closed(bridge, pieces):
 part = st.tuples(st.integers(0, 15), st.binary(max_size=200), st.booleans())
 spoken = st.sampled_from(
     [b'{"type":"ping"}', b'{"type":"seek","time_s":1e999}', b"[" * 5000, b'{"type":' * 3000,
-     b'{"type":"open","source":"\\ud800"}', b'{"type":"whatif","change":"kept"}', b"\xff",
+     b'{"type":"open","source":"\\ud800"}', b'{"type":"whatif","change":"keep_course"}', b"\xff",
      b'{"type":"play"}', b'{"type":"limits"}', b'{"type":"replay","log":"../x"}', b"\x03\xe8bye",
      b"\x00", b"x" * 70_000, b'{"type":"compare","name":"\\u0000"}', b'{"type":"rate","rate":5}',
      b"y" * 1_100_000]

@@ -49,7 +49,7 @@ def test_nothing_is_opened_for_who_has_left(tmp_path, held, monkeypatch):
             await becomes(lambda: not hub._requests)
             go_on.set()
             await becomes(lambda: closed)
-            assert (await first.next("preparing"))["what"] is None
+            assert (await first.next("preparing"))["task"] is None
             assert len(opened) == 1
             assert shown(hub) == "imazu:1"
             # And the next who asks is served.
@@ -116,7 +116,7 @@ def test_only_so_much_is_prepared_for_one_viewer(tmp_path, held, asked):
         async with playing(tmp_path) as (hub, viewer):
             for _ in range(MAX_SLOW_REQUESTS + 1):
                 await viewer.ask(**asked)
-            said = (await viewer.next("failure"))["message"]
+            said = (await viewer.next("error"))["message"]
             assert said.startswith(f"{MAX_SLOW_REQUESTS} of your requests are being prepared")
             other = await Viewer(hub).join()
             await other.ask("rate", rate=5)  # she is held up by nobody
@@ -137,12 +137,12 @@ def test_questions_end_with_who_asked_them(tmp_path):
             gone = await Viewer(hub).join()
             async with hub.player.lock:
                 for _ in range(MAX_QUESTIONS + 1):
-                    await gone.ask("whatif", change="kept")
-                assert "too many questions" in (await gone.next("failure"))["message"]
+                    await gone.ask("whatif", change="keep_course")
+                assert "too many questions" in (await gone.next("error"))["message"]
                 hub.leave(gone.outbox)
                 await becomes(lambda: not hub._questions)
-            await first.ask("whatif", change="kept")
-            assert (await first.next("whatif"))["change"] == "kept"
+            await first.ask("whatif", change="keep_course")
+            assert (await first.next("whatif"))["change"] == "keep_course"
             assert not any(kind == "whatif" for kind, _ in gone.outbox._waiting)
 
     asyncio.run(ask())

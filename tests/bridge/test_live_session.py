@@ -9,7 +9,7 @@ import pytest
 
 from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
 from glasshelm.bridge.server.presenter import Presenter
-from glasshelm.bridge.server.protocol import AlarmLimits
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
@@ -160,7 +160,7 @@ def test_only_what_is_of_now_is_written_back(live, tmp_path):
     session, at = live
     writer = Writer()
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    presenter = Presenter(session, AlarmLimits())
+    presenter = Presenter(session, DEFAULT_ALARM_LIMITS)
     at(0.0)
     presenter.advance()
     hub.player.write_back(presenter)
@@ -181,7 +181,7 @@ def test_own_ship_s_own_position_is_what_makes_it_live(live, tmp_path):
     session, at = live
     writer = Writer()
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    presenter = Presenter(session, AlarmLimits())
+    presenter = Presenter(session, DEFAULT_ALARM_LIMITS)
     assert session.status().own_position_age_s is None
     at(0.0)
     at(30.0, own=False)
@@ -192,7 +192,7 @@ def test_own_ship_s_own_position_is_what_makes_it_live(live, tmp_path):
     hub.player.write_back(presenter)
     hub.close()
     said = json.loads(presenter.session_message(True, 1.0).data)
-    assert (said["heard_s"], said["own_s"]) == (0.0, 41.0)
+    assert (said["last_report_age_s"], said["own_position_age_s"]) == (0.0, 41.0)
     assert "own ship's position is 41 s old: dead-reckoned since" in said["notes"]
     assert writer.asked == [1, None]
 
@@ -234,7 +234,7 @@ def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tm
     session, at = live
     writer = SignalKWriter(signalk_server("signalk://127.0.0.1:9", "secret"))
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    presenter = Presenter(session, AlarmLimits())
+    presenter = Presenter(session, DEFAULT_ALARM_LIMITS)
     at(0.0)
 
     def notes():

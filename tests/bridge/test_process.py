@@ -51,7 +51,7 @@ def test_what_was_seen_before_kill_9_can_be_seen_again(tmp_path):
             viewer.send('{"type":"rate","rate":60}')
             while len(seen) < 12:
                 message = json.loads(viewer.recv(timeout=PATIENCE_S))
-                if message["type"] == "failure":  # the source is still being opened
+                if message["type"] == "error":  # the source is still being opened
                     time.sleep(0.2)
                     viewer.send('{"type":"rate","rate":60}')
                 if message["type"] == "history":  # who comes late has missed nothing
@@ -73,7 +73,7 @@ def test_what_was_seen_before_kill_9_can_be_seen_again(tmp_path):
             again: list[dict] = []
             while len(again) < len(seen):
                 message = json.loads(viewer.recv(timeout=PATIENCE_S))
-                if message["type"] == "failure":
+                if message["type"] == "error":
                     viewer.send(json.dumps({"type": "seek", "time_s": seen[-1]["time_s"]}))
                 if message["type"] == "history":
                     again = message["frames"]

@@ -23,7 +23,7 @@ from glasshelm.core.errors import InputError
         ('{"type":"acknowledge","id":"cpa-1"}', m.Acknowledge("cpa-1")),
         ('{"type":"limits","dcpa_m":926,"tcpa_s":600}', m.SetLimits(926, 600)),
         ('{"type":"whatif","change":"deleted","ship":"1"}', m.AskWhatIf("deleted", "1")),
-        ('{"type":"whatif","change":"rudder","degrees":-5}', m.AskWhatIf("rudder", None, -5)),
+        ('{"type":"whatif","change":"rudder","rudder_deg":-5}', m.AskWhatIf("rudder", None, -5)),
         ('{"type":"ping"}', m.Ping()),
     ],
 )
@@ -42,14 +42,14 @@ def test_every_request_is_read(text, wanted):
         '{"type":"limits","dcpa_m":-1,"tcpa_s":60}', '{"type":"acknowledge","id":["cpa-1"]}',
         '{"type":"open","source":"' + "x" * 201 + '"}', '{"type":"play"', b"\xff\xfe", b"\x00",
         '{"type":"whatif"}', '{"type":"whatif","change":"sunk","ship":"1"}',
-        '{"type":"whatif","change":"rudder","degrees":91}',
+        '{"type":"whatif","change":"rudder","rudder_deg":91}',
         "[" * 5000, '{"type":' * 5000, '{"type":"ping","x":' + "[" * 30_000 + "]" * 30_000 + "}",
         '{"x":' * 10_000, '{"type":"ping","x":' + '{"y":' * 5000 + "1" + "}" * 5001,
         '{"type":"seek","time_s":1e999}', '{"type":"seek","time_s":' + "9" * 400 + "}",
         '{"type":"acknowledge","id":"\\ud800"}', "\ud800", '{"type":"replay","log":"\ud800"}',
         '{"type":"ping","x":"' + "ü" * (m.MAX_REQUEST_BYTES // 2) + '"}',
         '{"type":"limits","dcpa_m":null}', '{"type":"limits","tcpa_s":3601}',
-        '{"type":"whatif","change":"kept","ship":"' + "x" * 201 + '"}',
+        '{"type":"whatif","change":"keep_course","ship":"' + "x" * 201 + '"}',
  '{"type":"ping","x":"' + "y" * m.MAX_REQUEST_BYTES + '"}',
     ],
 )  # fmt: skip
@@ -81,7 +81,7 @@ def test_nothing_else_than_a_request_or_one_line_comes_of_any_text(text):
 def test_what_is_said_carries_its_type():
     for said, kind in (
         (m.Pong(), "pong"),
-        (m.ErrorMessage("no"), "failure"),
+        (m.ErrorMessage("no"), "error"),
         (m.Alarms([]), "alarms"),
     ):
         assert json.loads(m.encode(said).data)["type"] == kind

@@ -88,13 +88,13 @@ def test_a_viewer_sees_all_and_changes_nothing(tmp_path):
             viewer.hear()
         before = browser.get("/api/health").json()["failed_messages"]
         for asked in CHANGES:
-            viewer.ask(**asked).until("failure")
+            viewer.ask(**asked).until("error")
             kind = asked["type"]
             assert viewer.failures[-1] == (
                 f"you are a viewer: {kind!r} is for the owner of this bridge"
             )
         assert browser.get("/api/health").json()["failed_messages"] == before + len(CHANGES)
-        viewer.ask("whatif", change="deleted", ship="1").until("whatif")
+        viewer.ask("whatif", change="delete", ship="1").until("whatif")
         viewer.ask("ping").until("pong")
         # What is told to all is told to them in their own role.
         owner.ask("limits", dcpa_m=100.0, tcpa_s=60.0)
@@ -132,8 +132,8 @@ def test_the_token_of_the_address_goes_before_that_of_the_cookie(tmp_path):
 
 @pytest.mark.parametrize(
     "cookie",
-    [VIEWER + OWNER, OWNER[:-1], f"{VIEWER}; {TOKEN_COOKIE}=", f'"{OWNER}x"', OWNER.upper(), "owner",
-     "", f"x{OWNER}", "\xfc" * 16, f"{OWNER}%00"],
+    [VIEWER + OWNER, OWNER[:-1], f"{VIEWER}; {TOKEN_COOKIE}=", f'"{OWNER}x"', OWNER.upper(),
+     "owner", "", f"x{OWNER}", "\xfc" * 16, f"{OWNER}%00"],
 )  # fmt: skip
 def test_no_other_cookie_makes_an_owner(tmp_path, cookie):
     with client(tmp_path) as browser:
@@ -199,12 +199,12 @@ def test_viewers_leave_questions_for_an_owner(tmp_path, monkeypatch):
             for one in crowd:
                 one.outbox = ViewerQueue("viewer")
                 await one.join()
-                await one.ask("whatif", change="kept")
+                await one.ask("whatif", change="keep_course")
             assert len(hub._questions) == MAX_WAITING_QUESTIONS - RESERVED_FOR_OWNERS
-            assert "too many questions" in (await crowd[-1].next("failure"))["message"]
+            assert "too many questions" in (await crowd[-1].next("error"))["message"]
             for _ in range(4):
-                await owner.ask("whatif", change="kept")
-            assert "too many questions" in (await owner.next("failure"))["message"]
+                await owner.ask("whatif", change="keep_course")
+            assert "too many questions" in (await owner.next("error"))["message"]
             assert len(hub._questions) == MAX_WAITING_QUESTIONS
 
     asyncio.run(ask())

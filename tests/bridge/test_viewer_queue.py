@@ -53,7 +53,7 @@ def test_only_the_newest_state_is_sent(kind):
 def test_nothing_grows_without_end():
     outbox = ViewerQueue()
     for k in range(1000):
-        for kind in ("hello", "session", "history", "frame", "alarms", "failure", "notice", "pong"):
+        for kind in ("hello", "session", "history", "frame", "alarms", "error", "notice", "pong"):
             outbox.put(Outgoing(kind, b"%d" % k))
     assert len(outbox) <= MAX_FRAMES + MAX_OTHERS + 4
 
@@ -73,7 +73,7 @@ def test_bytes_are_bounded_and_the_newest_stays(kind):
 def test_next_waits_for_a_message():
     async def wait() -> bytes:
         outbox = ViewerQueue()
-        asyncio.get_running_loop().call_later(0.01, outbox.put, "frame", b"late")
+        asyncio.get_running_loop().call_later(0.01, outbox.put, Outgoing("frame", b"late"))
         return await asyncio.wait_for(outbox.get(), 60)
 
     assert asyncio.run(wait()) == b"late"

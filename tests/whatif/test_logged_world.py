@@ -70,7 +70,18 @@ def test_pilot_of_a_log_must_be_bundled_and_have_the_same_weights():
 def test_command_prints_a_table_and_writes_both_futures(tmp_path, capsys):
     log, out = tmp_path / "log.jsonl", tmp_path / "out"
     write_log(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])
-    args = ["whatif", str(log), "--at", "10", "--rudder", "-5", "--rudder-seconds", "30", "--minutes", "5"]
+    args = [
+        "whatif",
+        str(log),
+        "--at",
+        "10",
+        "--rudder",
+        "-5",
+        "--rudder-seconds",
+        "30",
+        "--minutes",
+        "5",
+    ]
     assert main([*args, "--out", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "as things are" in said

@@ -92,7 +92,7 @@ class Server:
             until = time.monotonic() + PATIENCE_S
             while time.monotonic() < until:
                 said = json.loads(line.recv(timeout=PATIENCE_S))
-                if said["type"] == "failure":
+                if said["type"] == "error":
                     if _LAST["name"] in said["message"]:
                         return
                     raise AssertionError(said["message"])

@@ -7,7 +7,7 @@ has at most one alarm. A lost target raises none, but keeps its alarm while it i
 
 import dataclasses
 
-from glasshelm.bridge.server.protocol import Alarm, AlarmLimits
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS, Alarm, AlarmLimits
 from glasshelm.frames.phrases import cpa_words, duration, miles
 from glasshelm.frames.schema import Frame, Target
 
@@ -27,7 +27,7 @@ class _ActiveAlarm:
 class AlarmList:
     """The alarms of a session; ``limits`` may be set at any time."""
 
-    def __init__(self, limits: AlarmLimits = AlarmLimits()):
+    def __init__(self, limits: AlarmLimits = DEFAULT_ALARM_LIMITS):
         self.limits = limits
         self._active: dict[str, _ActiveAlarm] = {}
         self._n_raised = 0

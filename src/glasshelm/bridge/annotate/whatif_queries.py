@@ -59,22 +59,22 @@ def answer(query: WhatIfQuery) -> WhatIfMessage:
         change=request.change,
         ship=request.ship,
         condition=result.counterfactual.condition,
-        sentence=result.summary,
-        fact=_points(result.factual),
-        other=_points(result.counterfactual),
+        summary=result.summary,
+        factual=_points(result.factual),
+        counterfactual=_points(result.counterfactual),
     )
 
 
 def _change(request: AskWhatIf) -> Change:
     if request.change == "rudder":
-        if request.degrees is None:
-            raise InputError("give a rudder in degrees")
-        return Rudder(float(request.degrees))
-    if request.change == "kept":
+        if request.rudder_deg is None:
+            raise InputError("give rudder_deg, a rudder in degrees")
+        return Rudder(float(request.rudder_deg))
+    if request.change == "keep_course":
         return KeptCourse(request.ship)
     if request.ship is None:
         raise InputError("which ship? give its id")
-    return (Deleted if request.change == "deleted" else Hidden)(request.ship)
+    return (Deleted if request.change == "delete" else Hidden)(request.ship)
 
 
 def _points(future: BranchRollout) -> list[list[float]]:

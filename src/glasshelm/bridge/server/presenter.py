@@ -128,8 +128,8 @@ class Presenter:
             seekable_to_s=last_s,
             notes=list(dict.fromkeys((*notes, *self._fault_log.messages, *info.notes))),
             connected=status.connected,
-            heard_s=status.last_report_age_s,
-            own_s=status.own_position_age_s,
+            last_report_age_s=status.last_report_age_s,
+            own_position_age_s=status.own_position_age_s,
             log=None if session.log.path is None else session.log.path.name,
         )
         return encode(message)
@@ -166,7 +166,7 @@ class Presenter:
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"),
             sentence=annotations.sentence,
             compare=None if compared_line is None else msgspec.Raw(compared_line),
-            path=None if new is None else track_points(new.rows, new.step_s),
+            predicted_track=None if new is None else track_points(new.rows, new.step_s),
         )
         self.frame, self._frame_message = frame, encode(message)
         messages = [self._frame_message]

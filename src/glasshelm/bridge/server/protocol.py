@@ -19,6 +19,8 @@ SourceKind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
 #: An owner may change what everybody sees; a viewer may only watch, and ask what-if questions.
 Role = Literal["owner", "viewer"]
+#: What a what-if question changes.
+Change = Literal["delete", "hide", "keep_course", "rudder"]
 #: A frame as its line in the log, encoded once.
 EncodedFrame = Annotated[msgspec.Raw, msgspec.Meta(extra_json_schema={"$ref": "#/$defs/Frame"})]
 #: East and north [m].
@@ -28,8 +30,11 @@ Point = Annotated[list[float], msgspec.Meta(min_length=2, max_length=2)]
 class AlarmLimits(msgspec.Struct, frozen=True):
     """An alarm is raised where DCPA and TCPA are both below these limits."""
 
-    dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)] = 1852.0
-    tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 600.0
+    dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)]
+    tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)]
+
+
+DEFAULT_ALARM_LIMITS = AlarmLimits(dcpa_m=1852.0, tcpa_s=600.0)
 
 
 class _Request(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
@@ -96,34 +101,25 @@ class AskWhatIf(_Request, frozen=True, tag="whatif"):
     """Ask how own ship would go on from the frame shown if something were different.
 
     ``ship`` is deleted, hidden from the pilot, or keeps its course (null: own ship);
-    ``degrees`` is the rudder to hold for a minute, starboard positive.
+    ``rudder_deg`` is held for a minute, starboard positive.
     """
 
-    change: Literal["deleted", "blind", "kept", "rudder"]
+    change: Change
     ship: ShortText | None = None
-    degrees: Annotated[float, msgspec.Meta(ge=-90, le=90)] | None = None
+    rudder_deg: Annotated[float, msgspec.Meta(ge=-90, le=90)] | None = None
 
 
 class Ping(_Request, frozen=True):
     pass
 
 
-Request = (
-    Open
-    | Replay
-    | SetPilot
-    | Compare
-    | Play
-    | Pause
-    | SetRate
-    | Seek
-    | Acknowledge
-    | SetLimits
-    | AskWhatIf
-    | Ping
-)
-#: The requests that change nothing others see.
+#: Requests for which a session or a pilot is prepared.
+SlowRequest = Open | Replay | SetPilot | Compare
+#: Requests that are done at once, whatever waits before them, when a session is open.
+ImmediateRequest = Ping | Acknowledge | SetLimits | AskWhatIf
+#: Requests that change nothing others see.
 ViewerRequest = Ping | AskWhatIf
+Request = SlowRequest | ImmediateRequest | Play | Pause | SetRate | Seek
 _decoder = msgspec.json.Decoder(Request)
 
 
@@ -188,12 +184,12 @@ class Hello(ServerMessage, frozen=True):
 class Preparing(ServerMessage, frozen=True):
     """What is being prepared while the session shown goes on; null: nothing."""
 
-    what: str | None
+    task: str | None
 
 
 class SessionMessage(ServerMessage, frozen=True, tag="session"):
-    """The session shown. In live traffic ``heard_s`` is the age of the last position of any ship,
-    ``own_s`` that of own ship's position."""
+    """The session shown. The ages, of the last position of any ship and of own ship's, are those
+    of live traffic; null: none yet, or other traffic."""
 
     source: str
     title: str
@@ -209,8 +205,8 @@ class SessionMessage(ServerMessage, frozen=True, tag="session"):
     seekable_to_s: float
     notes: list[str]
     connected: bool
-    heard_s: float | None
-    own_s: float | None
+    last_report_age_s: float | None
+    own_position_age_s: float | None
     log: str | None
 
 
@@ -241,7 +237,7 @@ class FrameMessage(ServerMessage, frozen=True, tag="frame", omit_defaults=True):
     sent_utc: str
     sentence: Sentence | None
     compare: EncodedFrame | None = None
-    path: list[Point] | None = None
+    predicted_track: list[Point] | None = None
 
 
 class Alarm(msgspec.Struct, frozen=True):
@@ -261,15 +257,15 @@ class Alarms(ServerMessage, frozen=True):
 
 class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
     """Own ship's two futures from the frame at ``time_s`` on, a point every 30 s: as things are
-    (``fact``), and under the ``condition`` (``other``)."""
+    (``factual``), and under the ``condition`` (``counterfactual``)."""
 
     time_s: float
-    change: str
+    change: Change
     ship: str | None
     condition: str
-    sentence: str
-    fact: list[Point]
-    other: list[Point]
+    summary: str
+    factual: list[Point]
+    counterfactual: list[Point]
 
 
 class BandMessage(ServerMessage, frozen=True, tag="band"):
@@ -287,7 +283,7 @@ class BandMessage(ServerMessage, frozen=True, tag="band"):
     full: str
 
 
-class ErrorMessage(ServerMessage, frozen=True, tag="failure"):
+class ErrorMessage(ServerMessage, frozen=True, tag="error"):
     message: str
 
 

@@ -33,10 +33,6 @@ from glasshelm.pilots.protocols import Pilot
 MAX_VIEWERS = 100
 #: Questions that wait for an answer at once; the last of them are reserved for owners.
 MAX_WAITING_QUESTIONS, RESERVED_FOR_OWNERS = 8, 2
-#: Requests that are done at once, whatever waits before them, when a session is open.
-_IMMEDIATE = m.Ping | m.Acknowledge | m.SetLimits | m.AskWhatIf
-#: Requests for which a session or a pilot is prepared.
-_SLOW = m.Open | m.Replay | m.SetPilot | m.Compare
 _log = logging.getLogger("glasshelm.bridge")
 
 
@@ -75,13 +71,13 @@ class SessionHub:
         faults, presenter = self.player.faults, self.player.presenter
         return {
             "status": "failing" if faults else "ok",
-            "troubles": faults,
+            "faults": faults,
             "viewers": len(self.viewers),
             "messages": self.n_messages,
-            "refused_messages": self.n_invalid,
+            "invalid_messages": self.n_invalid,
             "failed_messages": self.n_failed,
             "dropped_frames": self._n_dropped + sum(viewer.dropped for viewer in self.viewers),
-            "heard": None if presenter is None else presenter.session.status().feed_counts,
+            "feed_counts": None if presenter is None else presenter.session.status().feed_counts,
         }
 
     async def run(self) -> None:
@@ -135,12 +131,12 @@ class SessionHub:
             kind = request.__struct_config__.tag
             raise InputError(f"you are a viewer: {kind!r} is for the owner of this bridge")
         is_open = self.player.presenter is not None
-        if isinstance(request, m.Ping) or (is_open and isinstance(request, _IMMEDIATE)):
+        if isinstance(request, m.Ping) or (is_open and isinstance(request, m.ImmediateRequest)):
             await self.execute(request, viewer)
         else:
             await self._queues[viewer].submit(
                 lambda: self._attempt(self.execute(request, viewer), viewer, "request"),
-                slow=isinstance(request, _SLOW),
+                slow=isinstance(request, m.SlowRequest),
             )
 
     async def _attempt(self, work: Awaitable[None], viewer: ViewerQueue, what: str) -> None:

@@ -50,7 +50,7 @@ class SessionPlayer:
         self.writer = writer
         self.presenter: Presenter | None = None
         self.playing, self.rate = False, 1.0
-        self.limits = m.AlarmLimits()
+        self.limits = m.DEFAULT_ALARM_LIMITS
         #: Held by whoever uses the session shown, or replaces it.
         self.lock = asyncio.Lock()
         #: Faults of the session, of writing back, and of the tasks that run for ever.

@@ -14,7 +14,7 @@ MAX_BYTES = 16_000_000
 #: Of these only the newest counts.
 _LATEST_ONLY = ("hello", "preparing", "session", "alarms", "band")
 #: Each of these counts.
-_OTHERS = ("failure", "notice", "whatif", "pong")
+_OTHERS = ("error", "notice", "whatif", "pong")
 
 
 class ViewerQueue:
