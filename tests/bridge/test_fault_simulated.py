@@ -188,7 +188,7 @@ def test_a_log_that_shrank_is_told(tmp_path):
 
 @pytest.mark.parametrize("end", [b"", b"\n"])
 def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end):
-    monkeypatch.setattr(frame_log, "LONGEST", 10_000)
+    monkeypatch.setattr(frame_log, "MAX_LINE_BYTES", 10_000)
     path = tmp_path / "a.jsonl"
     frame_log.write_log(path, [frame(0.0)])
     with open(path, "ab") as file:
@@ -209,14 +209,12 @@ def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
     assert 0.0 <= shares[0] < shares[-1] <= 1.0
 
 
-def test_what_was_is_bounded_in_frames_and_bytes(monkeypatch):
-    monkeypatch.setattr(session_log, "HISTORY_FRAMES", 3)
-    past = RecentLines()
-    for k in range(5):
-        past.add(b"%d" % k)
-    assert past.lines == [b"2", b"3", b"4"]
-    monkeypatch.setattr(session_log, "HISTORY_BYTES", 5)
-    past.add(b"5")
-    assert past.lines == [b"4", b"5"]
-    past.fill([b"a", b"b" * 100])
-    assert past.lines == [b"b" * 100]
+def test_the_lines_in_memory_are_bounded_in_number_and_bytes():
+    recent = RecentLines([b"%d" % k for k in range(5)], max_lines=3)
+    assert list(recent.lines) == [b"2", b"3", b"4"]
+    recent = RecentLines(recent.lines, max_bytes=5)
+    assert list(recent.lines) == [b"3", b"4"]
+    recent.append(b"5")
+    recent.trim()
+    assert list(recent.lines) == [b"4", b"5"]
+    assert list(RecentLines([b"a", b"b" * 100], max_bytes=5).lines) == [b"b" * 100]

@@ -22,7 +22,7 @@ from glasshelm.core.errors import InputError
         ('{"type":"seek","time_s":12.5}', m.Seek(12.5)),
         ('{"type":"acknowledge","id":"cpa-1"}', m.Acknowledge("cpa-1")),
         ('{"type":"limits","dcpa_m":926,"tcpa_s":600}', m.SetLimits(926, 600)),
-        ('{"type":"whatif","change":"deleted","ship":"1"}', m.AskWhatIf("deleted", "1")),
+        ('{"type":"whatif","change":"delete","ship":"1"}', m.AskWhatIf("delete", "1")),
         ('{"type":"whatif","change":"rudder","rudder_deg":-5}', m.AskWhatIf("rudder", None, -5)),
         ('{"type":"ping"}', m.Ping()),
     ],

@@ -344,7 +344,7 @@ def test_what_cannot_be_asked_fails_in_one_line_and_the_socket_stays(tmp_path):
     with bridge(tmp_path) as client, page(client) as viewer:
         viewer.until("alarms").ask("pause").until("session")
         for fields, line in (
-            ({"change": "deleted", "ship": "77"}, "no ship '77'"),
+            ({"change": "delete", "ship": "77"}, "no ship '77'"),
             ({"change": "hide"}, "which ship?"),
             ({"change": "rudder"}, "a rudder in degrees"),
             ({"change": "rudder", "rudder_deg": 30}, "own ship's goes to 5°"),

@@ -76,7 +76,7 @@ def test_the_page_shows_the_frame_in_nautical_units(server: Server, open_page: O
         f"{round(math.degrees(own['heading_rad'])) % 360:03d}°",
         f"{own['speed_m_s'] * 3600 / 1852:.1f} kn",
     )
-    says("gh-sentence", " ".join(shown["frame"]["sentence"]["task"].split()))
+    says("gh-sentence", " ".join(shown["frame"]["sentence"]["what"].split()))
     for target in frame["targets"]:
         minutes, rest = divmod(round(target["tcpa_s"]), 60)
         says(
