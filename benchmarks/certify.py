@@ -25,13 +25,13 @@ from glasshelm.certify.adversarial import attacked_rudders, random_rudders
 from glasshelm.certify.measurements import RawPlots, SensorErrors, no_scene, recall
 from glasshelm.certify.rudder_band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
+from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.step import EnvSettings, reset, step, targets_at, waypoint_of
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.registry import load
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams
-from glasshelm.training.validation import evaluation_set
 
 #: Largest errors: positions [m], heading and courses [deg], speeds [kn].
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))
@@ -75,7 +75,7 @@ def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> RawPlots:
 def scenes_of(pilot: LearnedPilot, count: int) -> RawPlots:
     """So many scenes, drawn from all instants of all voyages."""
     ship = pilot.trained.ship
-    all_ = voyages(pilot.actor, evaluation_set(ship, ENCOUNTERS), ship)
+    all_ = voyages(pilot.actor, validation_encounters(ship, ENCOUNTERS), ship)
     flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), all_)
     drawn = np.random.default_rng(0).permutation(flat.present.shape[0])[:count]
     return jax.tree.map(lambda x: x[drawn], flat)

@@ -18,7 +18,7 @@ from glasshelm.encounters.random_encounters import PAPER, random_encounter
 from glasshelm.evaluation.rollout import Measures, sail
 from glasshelm.evaluation.suites.random_suite import plain_cases
 from glasshelm.pilots.clairvoyant import Clairvoyant, starting_pilots
-from glasshelm.planning.cross_entropy_search import Known, SearchSettings
+from glasshelm.planning.cross_entropy_search import KnownEncounter, SearchSettings
 from glasshelm.ship.nomoto import SHIPS, ShipParams
 
 SEED, STEPS = 6_500_000, 480
@@ -33,7 +33,9 @@ HARDER = {
 AGAIN = 64
 
 
-def sailed(known: Known, ship: ShipParams, settings: SearchSettings, seed: int) -> Measures:
+def sailed(
+    known: KnownEncounter, ship: ShipParams, settings: SearchSettings, seed: int
+) -> Measures:
     """What an examination measures of a search's voyages."""
     cases = dataclasses.replace(plain_cases(known.encounter, ship), steps=known.steps)
     seer = Clairvoyant(ship, "clairvoyant", starting_pilots(ship), settings, seed)
@@ -62,7 +64,7 @@ def main() -> None:
     ship, which = SHIPS[given.ship], np.arange(given.encounters)
     keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(SEED), i))(which)
     encounters = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))(keys)
-    known = Known.still(encounters, ship, STEPS)
+    known = KnownEncounter.still(encounters, ship, STEPS)
     print("| search | intrusions | collisions | return (1200 s) | intruded (depth) | time [s] |")
     print("|---|---|---|---|---|---|")
     for name, (settings, seed) in HARDER.items():

@@ -4,7 +4,7 @@
 
 Times ``pilot.decide(observation)`` as a user calls it: checks, padding, actor,
 values, priorities, attention, intention, sweep over 21 rudders, Shapley values, result
-ready. Then the Shapley values alone, with all pairs' interactions (``ship_shares``).
+ready. Then the Shapley values alone, with all pairs' interactions (``shapley_by_ship``).
 Without a pilot the networks have the paper's sizes (Tables A.1-A.5, attention
 actor) and random weights, which cost the same. Prints rows of a Markdown table.
 """
@@ -26,7 +26,7 @@ from glasshelm.encounters.random_encounters import RandomEncounters, random_enco
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import reset
 from glasshelm.env.training_envelope import TrainingEnvelope
-from glasshelm.explain.shapley import Game, ship_shares
+from glasshelm.explain.shapley import Game, shapley_by_ship
 from glasshelm.networks.actors import ActorSizes, AttentionActor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
@@ -66,7 +66,7 @@ def measure(what: str, pilot: LearnedPilot, ships: int, calls: int) -> str:
         if what == "decision":
             found = pilot.decide(seen)
         else:
-            found = ship_shares(GAMES[what], pilot.actor, pilot.critic, seen, limit)
+            found = shapley_by_ship(GAMES[what], pilot.actor, pilot.critic, seen, limit)
         jax.block_until_ready(found)
 
     for _ in range(20):

@@ -52,7 +52,7 @@ def flood(ships: int, reports: int, seed: int = 0) -> Iterator[Report]:
             longitude_deg=longitude,
             course_rad=math.pi / 2,
             speed_m_s=0.1,
-            own=own,
+            is_own=own,
         )
 
 
@@ -65,9 +65,9 @@ def main() -> None:
     picture = TrafficPicture("flood")
     start = time.process_time()
     for report in given:
-        picture.take(report)
+        picture.update(report)
     rate = len(given) / (time.process_time() - start)
-    now, looks, scenario = picture.heard, [], None
+    now, looks, scenario = picture.latest_time, [], None
     assert now is not None
     for _ in range(21):
         start = time.process_time()

@@ -26,12 +26,12 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
-from glasshelm.ais.csv_file import read_csv
-from glasshelm.ais.nmea import NmeaReader
-from glasshelm.ais.nmea_sentence import LONGEST_LINE, checksum_of
+from glasshelm.ais.nmea_decoder import NmeaDecoder
+from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES, nmea_checksum
+from glasshelm.ais.reading import read_recording_file
 from glasshelm.ais.reports import Counts
-from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
-from glasshelm.ais.table import OWN_SENSORS, Reports
+from glasshelm.ais.signalk_deltas import MAX_MESSAGE_BYTES, DeltaDecoder
+from glasshelm.ais.table import OWN_SENSORS, ReportTable
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.ship.nomoto import KNOT_M_S, SHIPS
 
@@ -41,19 +41,19 @@ LOOK_EVERY = 2000
 HEARD = {"talker_id": "AI", "sentence_type": "VDM"}
 
 
-def recording() -> Reports:
+def recording() -> ReportTable:
     """The reports of the bundled recording in order of time."""
     with as_file(files("glasshelm") / "data" / "gulf_of_finland.csv.gz") as path:
-        reports = read_csv(path).reports
+        reports = read_recording_file(path).reports
     return reports.take(reports.time_s.argsort(kind="stable"))
 
 
 def sentence(body: str) -> bytes:
     """A sentence with its checksum."""
-    return f"${body}*{checksum_of(body.encode()):02X}".encode()
+    return f"${body}*{nmea_checksum(body.encode()):02X}".encode()
 
 
-def nmea(reports: Reports) -> Iterator[bytes]:
+def nmea(reports: ReportTable) -> Iterator[bytes]:
     """Reports as lines of NMEA 0183: AIVDM with tag blocks; own ship as RMC, VTG, HDT, ROT, RSA."""
     tagged = set()
     for i in range(len(reports)):
@@ -105,7 +105,7 @@ def own_sensors(
     yield sentence("IIRSA,1.5,A,,V")
 
 
-def signalk(reports: Reports) -> Iterator[str]:
+def signalk(reports: ReportTable) -> Iterator[str]:
     """Reports as Signal K messages, after the hello."""
     yield json.dumps({"name": "test", "version": "2", "self": "vessels.urn:mrn:signalk:uuid:1"})
     for i in range(len(reports)):
@@ -157,7 +157,7 @@ def mangled(item: bytes, chance: random.Random) -> bytes:
                 data += item[: chance.randrange(len(item) + 1)]
             case 6:  # endless
                 if chance.random() < 0.02:
-                    data[at:at] = b"0" * (LONGEST_LINE + 1)
+                    data[at:at] = b"0" * (MAX_SENTENCE_BYTES + 1)
     # A line end inside would make two lines of it.
     return bytes(data).replace(b"\n", b" ").replace(b"\r", b" ")
 
@@ -166,7 +166,7 @@ def made_right(line: bytes) -> bytes:
     """The same line with the checksum that its contents have."""
     start = max(line.rfind(b"!"), line.rfind(b"$"), 0)
     body, star, _ = line[start + 1 :].partition(b"*")
-    return line[: start + 1] + body + b"*%02X" % checksum_of(body) if star else line
+    return line[: start + 1] + body + b"*%02X" % nmea_checksum(body) if star else line
 
 
 ODD = (
@@ -222,7 +222,7 @@ def messages(count: int, chance: random.Random, good: list[str]) -> Iterator[byt
         elif fault == 1:
             yield mangled(message.encode(), chance)
         elif chance.random() < 0.0005:
-            yield b"[" * (LONGEST_MESSAGE + 1 if chance.random() < 0.5 else 100_000)
+            yield b"[" * (MAX_MESSAGE_BYTES + 1 if chance.random() < 0.5 else 100_000)
         else:
             yield disordered(message, chance).encode()
 
@@ -230,32 +230,32 @@ def messages(count: int, chance: random.Random, good: list[str]) -> Iterator[byt
 def nmea_trial(given: Sequence[bytes]) -> tuple[Counts, TrafficPicture]:
     """Lines through the reader of NMEA into a picture."""
     counts, picture = Counts(), TrafficPicture("fuzz")
-    reader = NmeaReader(counts, live=True)
+    reader = NmeaDecoder(counts, live=True)
     for i, line in enumerate(given):
-        report = reader.line(line)
+        report = reader.decode_line(line)
         if report is not None:
-            picture.take(report)
+            picture.update(report)
         _look(picture, i)
-    reader.end()
+    reader.close()
     return counts, picture
 
 
 def signalk_trial(given: Sequence[bytes]) -> tuple[Counts, TrafficPicture]:
     """Messages through the reader of Signal K into a picture."""
     counts, picture = Counts(), TrafficPicture("fuzz")
-    reader = DeltaReader(counts)
+    reader = DeltaDecoder(counts)
     for i, message in enumerate(given):
-        for report in reader.message(message):
-            picture.take(report)
+        for report in reader.decode(message):
+            picture.update(report)
         _look(picture, i)
     return counts, picture
 
 
 def _look(picture: TrafficPicture, i: int) -> None:
     if i % LOOK_EVERY == LOOK_EVERY - 1:
-        now = picture.heard
+        now = picture.latest_time
         if now is not None:
-            picture.state(now)
+            picture.status(now)
             picture.scenario(now, SHIPS["paper"])
 
 
@@ -281,15 +281,15 @@ def main() -> int:
         print("  reports to the picture:")
         _print(picture.counts)
         print(f"  ships known at the end: {len(picture)}")
-        for one, given in ((counts, count), (picture.counts, picture.counts.heard)):
-            lost += abs(given - one.heard) + abs(one.waiting)
+        for one, given in ((counts, count), (picture.counts, picture.counts.received)):
+            lost += abs(given - one.received) + abs(one.pending)
     print("each one is counted" if lost == 0 else f"{lost} are not counted")
     return int(lost != 0)
 
 
 def _print(counts: Counts) -> None:
-    rows = {"heard": counts.heard, "understood": counts.understood}
-    for name, number in (rows | {f"refused: {w}": n for w, n in counts.refused.items()}).items():
+    rows = {"heard": counts.received, "understood": counts.accepted}
+    for name, number in (rows | {f"refused: {w}": n for w, n in counts.rejected.items()}).items():
         if number:
             print(f"  {number:>9,}  {name}")
 

@@ -23,8 +23,8 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
-from glasshelm.ais.csv_file import read_csv
-from glasshelm.ais.table import Reports
+from glasshelm.ais.reading import read_recording_file
+from glasshelm.ais.table import ReportTable
 
 FORMATS = ("csv", "csv.gz", "csv.zst", "parquet", "nmea", "bomb")
 #: The day begins, and the recording it is made of lasts [s].
@@ -38,7 +38,7 @@ STEP_DEG = 1.5
 def traffic(rows: int) -> Iterator[pa.Table]:
     """The reports of a day in order of time, in pieces of one repetition of the recording."""
     with as_file(files("glasshelm") / "data" / "new_york.csv.gz") as path:
-        reports = read_csv(path).reports
+        reports = read_recording_file(path).reports
     reports = reports.take(np.argsort(reports.time_s, kind="stable"))
     times = int(86_400 // LASTS_S)
     harbours = max(rows // (times * len(reports)), 1)
@@ -46,7 +46,7 @@ def traffic(rows: int) -> Iterator[pa.Table]:
         yield _piece(reports, i, harbours)
 
 
-def _piece(r: Reports, repetition: int, harbours: int) -> pa.Table:
+def _piece(r: ReportTable, repetition: int, harbours: int) -> pa.Table:
     """The traffic of all harbours in one repetition; ships keep their numbers through the day."""
     harbour = np.arange(harbours)
     east, north = harbour % 20 * STEP_DEG, harbour // 20 * STEP_DEG
@@ -129,7 +129,7 @@ def cut(path: Path) -> None:
     """An hour around noon as a scenario; prints what it took."""
     from glasshelm.core.errors import InputError
     from glasshelm.encounters.recorded_traffic import recorded_scenario
-    from glasshelm.encounters.scenario_factory import cut as minutes
+    from glasshelm.encounters.scenario_factory import recording_settings as minutes
     from glasshelm.ship.nomoto import SHIPS
 
     imported = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

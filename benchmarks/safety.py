@@ -27,9 +27,9 @@ from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import names, pilot_named
 from glasshelm.pilots.straight import StraightPilot
+from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import SHIPS, ShipParams
-from glasshelm.training.course_reversals import WEAVING
-from glasshelm.training.validation import sail_remembering
+from glasshelm.training.validation import rollout
 
 SEED = 7_000_000  # never a training's or an evaluation set's
 CHUNK = 500
@@ -50,7 +50,7 @@ def sail_random(
         keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(seed), i))(
             chunk + jnp.arange(CHUNK)
         )
-        found = sail_remembering(helm, helm.start(CHUNK), draw(keys), ship, SHORT, LONG)
+        found = rollout(helm, draw(keys), ship, SHORT, LONG)
         parts.append({key: np.asarray(value) for key, value in vars(found).items()})
     return {key: np.concatenate([p[key] for p in parts], axis=_axis(key)) for key in parts[0]}
 
@@ -66,7 +66,7 @@ def sail_imazu(pilot: Pilot, ship: ShipParams) -> dict[str, tuple[float, float]]
         one = imazu_scenario(case, ship).encounter
         batch = jax.tree.map(lambda x: jnp.asarray(x)[None], one)
         helm = BatchedPilot(pilot)
-        voyage = sail_remembering(helm, helm.start(1), batch, ship, 480, 720)
+        voyage = rollout(helm, batch, ship, 480, 720)
         found[case] = (float(voyage.margin[1, 0]), float(voyage.range_m[1, 0]))
     return found
 

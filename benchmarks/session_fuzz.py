@@ -33,11 +33,11 @@ from benchmarks.feeds_fuzz import lines, messages, nmea, recording, signalk
 from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
-from glasshelm.ais.table import OWN_SENSORS, Reports
+from glasshelm.ais.table import OWN_SENSORS, ReportTable
 from glasshelm.bridge.server.presenter import Presenter
 from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.sessions.live_session import LiveSession
-from glasshelm.feeds.feed_factory import feed_from
+from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
@@ -71,12 +71,12 @@ class Outcome:
         return self.healed and not self.faults and self.uncounted == 0 and self.frames > 0
 
 
-def shifted(reports: Reports, seconds: float) -> Reports:
+def shifted(reports: ReportTable, seconds: float) -> ReportTable:
     """The same reports so much later."""
     return dataclasses.replace(reports, time_s=reports.time_s + seconds)
 
 
-def given(count: int, seed: int, of_nmea: bool) -> tuple[Iterator[bytes], list[bytes], Reports]:
+def given(count: int, seed: int, of_nmea: bool) -> tuple[Iterator[bytes], list[bytes], ReportTable]:
     """``count`` lines or messages of which the first ``SOUND`` are sound and two of three of the
     others mangled; the sound ones for the end, and what those report."""
     reports = recording()
@@ -155,10 +155,10 @@ async def signalk_server(
         yield f"signalk://127.0.0.1:{next(iter(server.sockets)).getsockname()[1]}"
 
 
-async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event) -> Outcome:
+async def watched(address: str, good: ReportTable, logs: Path, shown: asyncio.Event) -> Outcome:
     """A session that hears an address, looked at until it has healed or patience is at an end."""
     outcome = Outcome()
-    feed = feed_from(address)
+    feed = create_feed(address)
     picture = TrafficPicture("fuzz")
     pilot = StraightPilot()
     live = LiveSession("fuzz", feed, picture, pilot, "paper", logs)
@@ -169,8 +169,8 @@ async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event)
     try:
         while not outcome.healed and time.monotonic() - quiet_since < PATIENCE_S:
             await asyncio.sleep(LOOK_S)
-            if feed.counts.heard != heard:
-                quiet_since, heard = time.monotonic(), feed.counts.heard
+            if feed.counts.received != heard:
+                quiet_since, heard = time.monotonic(), feed.counts.received
             await asyncio.to_thread(_look, presenter, outcome)
             if outcome.frames > 1:
                 shown.set()
@@ -183,8 +183,8 @@ async def watched(address: str, good: Reports, logs: Path, shown: asyncio.Event)
         listening.cancel()
         await asyncio.gather(listening, return_exceptions=True)
         presenter.close()
-    outcome.heard = feed.counts.heard
-    outcome.uncounted = abs(picture.counts.waiting) + abs(feed.counts.waiting)
+    outcome.heard = feed.counts.received
+    outcome.uncounted = abs(picture.counts.pending) + abs(feed.counts.pending)
     return outcome
 
 
@@ -212,7 +212,7 @@ def _no_number(text: str) -> None:
     raise ValueError(f"{text} in a message")
 
 
-def _is_healed(frame: dict[str, Any] | None, good: Reports) -> bool:
+def _is_healed(frame: dict[str, Any] | None, good: ReportTable) -> bool:
     """Whether own ship and most of the ships are where the sound traffic has them last."""
     if frame is None or _away_m(frame["own"], good, OWN_SENSORS) > 500.0:
         return False
@@ -222,7 +222,7 @@ def _is_healed(frame: dict[str, Any] | None, good: Reports) -> bool:
     return right >= 0.8 * len(numbers)
 
 
-def _away_m(place: dict[str, Any], reports: Reports, number: int) -> float:
+def _away_m(place: dict[str, Any], reports: ReportTable, number: int) -> float:
     """How far a place of a frame is from where a ship was reported last."""
     hers = reports.take(reports.mmsi == number)
     last = int(hers.time_s.argmax())

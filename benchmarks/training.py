@@ -3,11 +3,11 @@
     python benchmarks/training.py [--seconds 20] [--sb3]
 
 One run measures, side by side: a large float32 matrix product (the peak), the
-worlds with an actor, and DDPG's cycle with the ``paper`` preset's networks and
+environments under an actor, and DDPG's cycle with the ``paper`` preset's networks and
 batch (100 environment steps and one update). FLOPs are XLA's own count of the
 compiled program. ``--sb3`` adds Stable-Baselines3's DDPG on the gymnasium
 adapter with the same layers, batch and ratio of updates to steps.
-Compile time is apart. Prints a Markdown table.
+Compile time is reported apart. Prints a Markdown table.
 """
 
 import argparse
@@ -19,24 +19,25 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
+from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.ddpg import DdpgSettings, begin_ddpg, cycle, pool_of
-from glasshelm.training.validation import evaluation_set, sail_set
+from glasshelm.training.ddpg import DdpgSettings, encounter_pool, init_ddpg, run_cycle
+from glasshelm.training.validation import Memoryless, rollout
 
 SHIP = SHIPS["paper"]
-SETTINGS = DdpgSettings(replay=100_000)
+SETTINGS = DdpgSettings(replay_size=100_000)
 
 
-def per_call(once: Callable[[], object], seconds: float) -> float:
-    """Seconds a call, the best of as many as fit."""
-    jax.block_until_ready(once())
+def per_call(function: Callable[[], object], seconds: float) -> float:
+    """Seconds per call, the best of as many as fit."""
+    jax.block_until_ready(function())
     best, end = float("inf"), time.perf_counter() + seconds
     while time.perf_counter() < end:
-        began = time.perf_counter()
-        jax.block_until_ready(once())
-        best = min(best, time.perf_counter() - began)
+        started = time.perf_counter()
+        jax.block_until_ready(function())
+        best = min(best, time.perf_counter() - started)
     return best
 
 
@@ -48,10 +49,11 @@ def peak_flops(seconds: float, size: int = 2048) -> float:
 
 
 def actor_steps_per_s(seconds: float) -> float:
-    """Environment steps a second of 512 worlds under the paper's sum actor."""
-    encounters = evaluation_set(SHIP, 512)
+    """Environment steps per second of 512 environments under the paper's sum actor."""
+    encounters = validation_encounters(SHIP, 512)
     actor = make_actor("sum", ActorSizes(), jax.random.key(1))
-    return 512 * 60 / per_call(lambda: sail_set(actor, encounters, SHIP, 60, 60), seconds)
+    policy = Memoryless(actor)
+    return 512 * 60 / per_call(lambda: rollout(policy, encounters, SHIP, 60, 60), seconds)
 
 
 class Ddpg:
@@ -60,18 +62,18 @@ class Ddpg:
     def __init__(self, kind: str):
         actor = make_actor(kind, ActorSizes(), jax.random.key(1))
         critic = SubTaskCritic(CriticSizes(), jax.random.key(2))
-        self.pool = pool_of(0, 0, SHIP, SETTINGS)
-        state = begin_ddpg(actor, critic, self.pool, SETTINGS)
-        began = time.perf_counter()
+        self.pool = encounter_pool(0, 0, SHIP, SETTINGS)
+        state = init_ddpg(actor, critic, self.pool, SETTINGS)
+        started = time.perf_counter()
         self.fill, self.learn = self._compiled(state, False), self._compiled(state, True)
-        self.compile_s = time.perf_counter() - began
+        self.compile_s = time.perf_counter() - started
         for _ in range(40):
             state, _ = self.fill(state, self.pool)
         self.state = state
 
     def _compiled(self, state, learn: bool):
         def run(state, pool):
-            return cycle(state, pool, learn, learn, 0, SHIP, SETTINGS, "sum")
+            return run_cycle(state, pool, learn, learn, 0, SHIP, SETTINGS, "sum")
 
         return jax.jit(run, donate_argnums=0).lower(state, self.pool).compile()
 
@@ -90,10 +92,10 @@ class Ddpg:
 
 
 def sb3_steps_per_s(steps: int) -> float:
-    """Environment steps a second of Stable-Baselines3's DDPG, one update a hundred steps.
+    """Environment steps per second of Stable-Baselines3's DDPG, one update per hundred steps.
 
-    Its networks have the layers of ours (an encoder a ship, their sum, a head);
-    ships are padded to six, as it knows no other way.
+    Its networks have the layers of ours (an encoder for each target, their sum, a head);
+    targets are padded to six, as it has no other way.
     """
     import gymnasium
     import torch
@@ -136,9 +138,9 @@ def sb3_steps_per_s(steps: int) -> float:
         device="cpu",
     )
     model.learn(1100)
-    began = time.perf_counter()
+    started = time.perf_counter()
     model.learn(steps, reset_num_timesteps=False)
-    return steps / (time.perf_counter() - began)
+    return steps / (time.perf_counter() - started)
 
 
 def main() -> None:
@@ -163,7 +165,9 @@ def main() -> None:
             (f"{kind}: update / peak", f"{100 * ddpg.update_flops / update / peak:.0f} %"),
             (f"{kind}: program around the update", f"{100 * fill / whole:.1f} % of the time"),
         ]
-    rows.append(("worlds with the sum actor", f"{actor_steps_per_s(arguments.seconds):,.0f} /s"))
+    rows.append(
+        ("environments under the sum actor", f"{actor_steps_per_s(arguments.seconds):,.0f} /s")
+    )
     if arguments.sb3:
         rows.append(
             (

@@ -148,6 +148,7 @@ def _type(schema: dict[str, typing.Any]) -> str:
 def notebook_page(path: Path, execute: bool) -> dict[str, str | bytes]:
     """The notebook as a Markdown page, and the pictures that its cells drew."""
     notebook = jupytext.read(path)
+    notebook.metadata["language_info"] = {"name": "python"}  # colours, even if it is not run
     if execute:
         _run(notebook)
     exporter = MarkdownExporter()

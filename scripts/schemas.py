@@ -22,12 +22,12 @@ def frame_schema() -> dict[str, Any]:
 
 
 def protocol_schema() -> dict[str, Any]:
-    """What travels over the bridge's WebSocket: ``ClientMessage`` and ``ServerMessage``."""
+    """What travels over the bridge's WebSocket: ``Request`` and ``ServerMessage``."""
     server_message = Union[tuple(protocol.ServerMessage.__subclasses__())]  # noqa: UP007
     (_, client, server), parts = msgspec.json.schema_components(
         [Frame, protocol.Request, server_message], ref_template="#/$defs/{name}"
     )
-    unions = {"ClientMessage": client, "ServerMessage": server}
+    unions = {"Request": client, "ServerMessage": server}
     anything = {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in unions]}
     return {"title": "Message", **anything, "$defs": {**unions, **parts}}
 

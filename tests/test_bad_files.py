@@ -244,6 +244,6 @@ def test_a_full_disk_is_one_line(monkeypatch, capsys):
     def full(*args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("glasshelm.frames.frame_log.Logbook.write", full)
+    monkeypatch.setattr("glasshelm.frames.frame_log.FrameLog.write", full)
     assert main(["run", "imazu:1", "--pilot", "straight", "--steps", "1"]) == 2
     assert capsys.readouterr().err.endswith("glasshelm: No space left on device\n")

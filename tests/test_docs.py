@@ -1,6 +1,7 @@
 """What the documentation cites exists, and the check of its style can fail."""
 
 import importlib.util
+import json
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -125,6 +126,21 @@ def test_pages_that_the_code_cites_exist():
 
 def _text(file: Path) -> str:
     return file.read_text(encoding="utf-8", errors="replace")
+
+
+def test_the_bridge_page_names_every_message_and_field():
+    page = (TREE / "docs" / "reference" / "bridge.md").read_text(encoding="utf-8")
+    protocol = page.split("## Protocol")[1].split("## Bounds")[0]
+    named = set(re.findall(r"`(\w+)`", protocol))
+    schema = json.loads((TREE / "docs" / "protocol.schema.json").read_text(encoding="utf-8"))
+    parts = schema["$defs"]
+    unions = parts["Request"], parts["ServerMessage"]
+    messages = [parts[one["$ref"].rsplit("/", 1)[1]] for union in unions for one in union["anyOf"]]
+    assert len(messages) > 20
+    for message in messages:
+        (kind,) = message["properties"]["type"]["enum"]
+        fields = set(message["properties"]) - {"type"}
+        assert {kind, *fields} <= named, message["title"]
 
 
 def test_a_citation_of_what_is_not_there_is_found(tmp_path: Path):

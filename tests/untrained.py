@@ -21,6 +21,7 @@ CRITIC = CriticSizes(hidden=(16, 16))
 SHIP = SHIPS["paper"]
 
 
+@functools.cache
 def untrained(kind: str = "attention", critic: bool = True, seed: int = 0) -> LearnedPilot:
     actor_key, critic_key = jax.random.split(jax.random.key(seed))
     return LearnedPilot(

@@ -94,7 +94,7 @@ from glasshelm.whatif.changes import Deleted
 
 strongest = max(frame.targets, key=lambda ship: abs(ship.shapley_rad))
 answer = what_if(frames, 29, pilot, [Deleted(strongest.id)], minutes=20)
-print(answer.sentence)
+print(answer.summary)
 
 # %% [markdown]
 # ## Next

@@ -17,27 +17,25 @@
 # ## Train
 #
 # The preset `tiny-fast` has the stages of [`fast`](../explanation/training.md), imitation and then critics, with networks of eight units and
-# voyages of two minutes. It shows the machinery in seconds; most of the time goes into compilation.
+# voyages of two minutes. It shows the machinery; most of the time goes into compilation.
 
 # %%
+import os
 import tempfile
 from pathlib import Path
 
+os.environ.pop("FORCE_COLOR", None)  # commands below print no progress bars
 folder = Path(tempfile.mkdtemp())
 run, evaluation = folder / "run", folder / "evaluation"
 
 # %%
-# !glasshelm train --preset tiny-fast --actor attention --seed 1 --out {run}
+# !glasshelm train --preset tiny-fast --actor attention --seed 1 --set dagger.iterations=30 --out {run} 2>&1 | tail -n 1
 
 # %% [markdown]
 # `best.safetensors` holds the weights and the whole configuration: this one file is the pilot.
 
 # %%
-import glasshelm
-
-tiny = glasshelm.load(run / "best.safetensors")
-good = glasshelm.load("paper-attention")
-print(sorted(file.name for file in run.iterdir()))
+sorted(file.name for file in run.glob("[!.]*"))
 
 # %% [markdown]
 # ## Measure its safety
@@ -45,7 +43,7 @@ print(sorted(file.name for file in run.iterdir()))
 # All pilots sail the same 50 random encounters.
 
 # %%
-# !glasshelm evaluate --pilots straight tiny={run}/best.safetensors paper-attention --suite random --encounters 50 --ships paper --out {evaluation}
+# !glasshelm evaluate --pilots straight tiny={run}/best.safetensors paper-attention --suite random --encounters 50 --ships paper --out {evaluation} 2>&1 | tail -n 1
 
 # %% [markdown]
 # `report.md` has every table with intervals. The rows behind it are in Parquet, one per encounter and pilot:
@@ -59,7 +57,7 @@ for name in ("straight", "tiny", "paper-attention"):
     print(f"{name:16s} intrudes into the domain in {sum(intruded)} of {len(intruded)}")
 
 # %% [markdown]
-# The tiny pilot is hardly better than doing nothing: a few seconds of training are not enough. The bundled one is.
+# The tiny pilot is hardly better than doing nothing: a few seconds of training are not enough. The bundled one has had far more.
 #
 # ## Test its explanations
 #
@@ -67,6 +65,7 @@ for name in ("straight", "tiny", "paper-attention"):
 # ask the actor again. Every frame has that number as `leave_one_out_rad`. Count how often the ship with the most attention also moves the rudder most.
 
 # %%
+import glasshelm
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.simulation.voyage import simulate
@@ -80,16 +79,19 @@ def same_first_ship(pilot):
         for frame in simulate(scenario, pilot, 240):
             most_attention = max(frame.targets, key=lambda ship: ship.attention)
             most_effect = max(frame.targets, key=lambda ship: abs(ship.leave_one_out_rad))
-            if abs(most_effect.leave_one_out_rad) > 0.004:  # a quarter of a degree
+            if abs(most_effect.leave_one_out_rad) > 0.0005:  # 0.03°: some ship matters
                 hits.append(most_attention is most_effect)
     return f"{sum(hits)} of {len(hits)} frames"
 
 
+tiny = glasshelm.load(run / "best.safetensors")
+good = glasshelm.load("paper-attention")
 print("tiny           ", same_first_ship(tiny))
 print("paper-attention", same_first_ship(good))
 
 # %% [markdown]
-# By chance it would be one frame in four. `glasshelm exam` makes this test with proper scores, baselines and intervals, for every explanation
+# By chance it would be one frame in four. In the well-trained pilot, attention nearly always names the right ship. In one that has learned little, it
+# often does not. `glasshelm exam` makes this test with proper scores, baselines and intervals, for every explanation
 # ([method](../explanation/explanations.md#measuring-faithfulness), [results](../results/faithfulness.md)).
 #
 # ## Train a useful pilot
@@ -99,4 +101,4 @@ print("paper-attention", same_first_ship(good))
 #     glasshelm exam --pilots mine=runs/mine/best.safetensors --out exam
 #
 # Half an hour on one core gives a pilot that intrudes in about 2 % of the encounters. `--resume` continues an interrupted training, and
-# `--set imitation.iterations=200` gives a better pilot. [Training choices](../results/training-choices.md) says what else was tried.
+# `--set dagger.iterations=200` gives a better pilot. [Training choices](../results/training-choices.md) says what else was tried.

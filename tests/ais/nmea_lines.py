@@ -4,7 +4,7 @@ from benchmarks.feeds_fuzz import sentence
 from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
-from glasshelm.ais.nmea_sentence import checksum_of
+from glasshelm.ais.nmea_sentence import nmea_checksum
 
 TIME = 1_408_129_200  # 2014-08-15 19:00 UTC
 POSITION = {
@@ -34,7 +34,7 @@ def cut(message, bits):
     payload = "".join(part.split(",")[5] for part in encode_dict(message))
     characters = -(-bits // 6)
     body = f"AIVDM,1,1,,A,{payload[:characters]},{characters * 6 - bits}".encode()
-    return b"!%s*%02X" % (body, checksum_of(body))
+    return b"!%s*%02X" % (body, nmea_checksum(body))
 
 
 __all__ = ["POSITION", "STATIC", "TIME", "ais", "cut", "sentence", "tagged"]

@@ -7,24 +7,24 @@ from hypothesis import strategies as st
 from pyproj import Geod
 
 from glasshelm.ais.cleaning import clean
-from glasshelm.ais.table import Reports
+from glasshelm.ais.table import ReportTable
 
 GEOD = Geod(ellps="WGS84")
 SHIP = 211_000_001
 
 
-def voyage(count=20, every_s=10.0, sog_kn=12.0, cog_deg=40.0, mmsi=SHIP) -> Reports:
+def voyage(count=20, every_s=10.0, sog_kn=12.0, cog_deg=40.0, mmsi=SHIP) -> ReportTable:
     """A ship on a straight course as she would report it."""
     time_s = 1e9 + every_s * np.arange(count)
     run = sog_kn * 1852 / 3600 * every_s * np.arange(count)
     lon, lat, _ = GEOD.fwd(np.full(count, 10.5), np.full(count, 59.0), np.full(count, cog_deg), run)
     full = np.full(count, 0.0)
-    return Reports(
+    return ReportTable(
         time_s, np.full(count, mmsi), lat, lon, full + sog_kn, full + cog_deg, full + cog_deg
     )
 
 
-def spoilt(reports: Reports, **columns) -> Reports:
+def spoilt(reports: ReportTable, **columns) -> ReportTable:
     """The reports with some values replaced: ``column={row: value}``."""
     changed = {}
     for name, values in columns.items():
@@ -35,16 +35,16 @@ def spoilt(reports: Reports, **columns) -> Reports:
     return dataclasses.replace(reports, **changed)
 
 
-def joined(*tables: Reports) -> Reports:
-    names = [f.name for f in dataclasses.fields(Reports)]
-    return Reports(*(np.concatenate([getattr(t, n) for t in tables]) for n in names))
+def joined(*tables: ReportTable) -> ReportTable:
+    names = [f.name for f in dataclasses.fields(ReportTable)]
+    return ReportTable(*(np.concatenate([getattr(t, n) for t in tables]) for n in names))
 
 
 def test_a_sound_voyage_is_left_alone():
     before = voyage()
     after, notes = clean(before)
     assert notes == ()
-    for field in dataclasses.fields(Reports):
+    for field in dataclasses.fields(ReportTable):
         np.testing.assert_array_equal(getattr(after, field.name), getattr(before, field.name))
 
 
@@ -201,7 +201,7 @@ def test_order_of_rows_does_not_matter_and_all_is_finite(seed):
     )
     once, _ = clean(whole)
     again, _ = clean(whole.take(rng.permutation(60)))
-    for field in dataclasses.fields(Reports):
+    for field in dataclasses.fields(ReportTable):
         np.testing.assert_array_equal(getattr(once, field.name), getattr(again, field.name))
     for name in ("time_s", "latitude_deg", "longitude_deg", "sog_kn", "cog_deg"):
         assert np.all(np.isfinite(getattr(once, name)))

@@ -9,7 +9,7 @@ import zipfile
 import pyarrow as pa
 import pytest
 
-from glasshelm.ais.files import LONGEST_LINE, TextFile, read_document
+from glasshelm.ais.files import MAX_LINE_BYTES, TextFile, read_document
 from glasshelm.ais.reading import kind_of
 from glasshelm.core.errors import InputError
 
@@ -137,7 +137,7 @@ def test_what_a_text_is(tmp_path, text, kind):
     assert kind_of(put(tmp_path, text.encode())) == kind
 
 
-@pytest.mark.parametrize("length", [3 * LONGEST_LINE, 3_000_000])
+@pytest.mark.parametrize("length", [3 * MAX_LINE_BYTES, 3_000_000])
 def test_an_endless_line_costs_itself_alone(tmp_path, length):
     data = b"a\n" + b"x" * length + b"\nb\n" + b"y" * length
     with TextFile(put(tmp_path, data)) as file:

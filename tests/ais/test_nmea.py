@@ -5,24 +5,24 @@ from datetime import UTC, datetime
 import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
-from glasshelm.ais.multipart import MOST_WAITING
-from glasshelm.ais.nmea import NmeaReader
-from glasshelm.ais.nmea_sentence import LONGEST_LINE
+from glasshelm.ais.multipart import MAX_PENDING
+from glasshelm.ais.nmea_decoder import NmeaDecoder
+from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES
 from glasshelm.ais.reports import Counts, RejectReason
 from glasshelm.ship.nomoto import KNOT_M_S
 
 
 def read(*lines, live=False, own=None):
     counts = Counts()
-    reader = NmeaReader(counts, live=live, own=own)
-    reports = list(reader.read(iter(lines)))
-    reader.end()
-    assert counts.waiting == 0
+    reader = NmeaDecoder(counts, live=live, own_mmsi=own)
+    reports = list(reader.decode(iter(lines)))
+    reader.close()
+    assert counts.pending == 0
     return reports, counts
 
 
 def refused(counts):
-    return {why: n for why, n in counts.refused.items() if n}
+    return {why: n for why, n in counts.rejected.items() if n}
 
 
 def test_a_position_in_si_units_at_the_time_of_its_tag_block():
@@ -34,8 +34,8 @@ def test_a_position_in_si_units_at_the_time_of_its_tag_block():
     assert report.course_rad == pytest.approx(math.radians(45.6))
     assert report.heading_rad == pytest.approx(math.radians(44))
     assert report.rate_of_turn_rad_s is None
-    assert not report.own
-    assert (counts.heard, counts.understood) == (1, 1)
+    assert not report.is_own
+    assert (counts.received, counts.accepted) == (1, 1)
 
 
 def test_milliseconds_in_a_tag_block():
@@ -49,7 +49,7 @@ def test_codes_for_not_available_are_absent():
     assert report.latitude_deg == 59.5
     assert (report.speed_m_s, report.course_rad, report.heading_rad) == (None, None, None)
     _, counts = read(*ais(POSITION | {"lat": 91.0, "lon": 181.0}))
-    assert refused(counts) == {RejectReason.NOTHING_TOLD: 1}
+    assert refused(counts) == {RejectReason.EMPTY: 1}
 
 
 @pytest.mark.parametrize("turn", [10.0, -20.0])
@@ -64,9 +64,9 @@ def test_identity_in_two_parts_counts_both():
     assert len(lines) == 2
     (report,), counts = read(*lines)
     assert (report.name, report.length_m, report.beam_m) == ("ALPHA BRAVO", 150.0, 22.0)
-    assert report.kind == "70"
+    assert report.ship_type == "70"
     assert report.latitude_deg is None
-    assert (counts.heard, counts.understood) == (2, 2)
+    assert (counts.received, counts.accepted) == (2, 2)
 
 
 def test_parts_of_several_messages_in_turn():
@@ -74,36 +74,36 @@ def test_parts_of_several_messages_in_turn():
     parts = zip(*(ais(ship, seq=k + 1) for k, ship in enumerate(ships)), strict=True)
     reports, counts = read(*itertools.chain(*parts))
     assert [report.name for report in reports] == [f"SHIP {k}" for k in range(4)]
-    assert counts.understood == 8
+    assert counts.accepted == 8
 
 
 def test_missing_parts_are_counted():
     first, second = ais(STATIC)
     _, counts = read(second)
-    assert refused(counts) == {RejectReason.PART_MISSING: 1}
+    assert refused(counts) == {RejectReason.INCOMPLETE: 1}
     reports, counts = read(first, *ais(STATIC))
     assert len(reports) == 1
-    assert refused(counts) == {RejectReason.PART_MISSING: 1}
+    assert refused(counts) == {RejectReason.INCOMPLETE: 1}
     _, counts = read(first)
-    assert refused(counts) == {RejectReason.PART_MISSING: 1}
+    assert refused(counts) == {RejectReason.INCOMPLETE: 1}
 
 
 def test_what_waits_for_other_parts_is_bounded():
     counts = Counts()
-    reader = NmeaReader(counts, live=False)
-    for k in range(10 * MOST_WAITING):
+    reader = NmeaDecoder(counts, live=False)
+    for k in range(10 * MAX_PENDING):
         # No device counts so far; the slot of a message is (talker, channel, number).
         first = f"AIVDM,2,1,{k},A,{'5' * 50},0"
-        reader.line(tagged(sentence(first).replace(b"$", b"!")))
-    assert counts.waiting == MOST_WAITING
-    assert counts.refused[RejectReason.PART_MISSING] == 9 * MOST_WAITING
+        reader.decode_line(tagged(sentence(first).replace(b"$", b"!")))
+    assert counts.pending == MAX_PENDING
+    assert counts.rejected[RejectReason.INCOMPLETE] == 9 * MAX_PENDING
 
 
 def test_own_ship_by_vdo_and_by_number():
     (report,), _ = read(*ais(POSITION, kind="VDO"))
-    assert report.own
+    assert report.is_own
     (report,), _ = read(*ais(POSITION), own="211000001")
-    assert report.own
+    assert report.is_own
 
 
 @pytest.mark.parametrize(
@@ -139,10 +139,10 @@ def test_own_ship_by_vdo_and_by_number():
 )
 def test_own_sensors(body, said):
     (report,), counts = read(tagged(sentence(body)))
-    assert report.own
+    assert report.is_own
     for name, value in said.items():
         assert getattr(report, name) == pytest.approx(value), name
-    assert counts.understood == 1
+    assert counts.accepted == 1
 
 
 @pytest.mark.parametrize(
@@ -161,21 +161,21 @@ def test_own_sensors(body, said):
 def test_sensors_that_are_not_valid_tell_nothing(body):
     reports, counts = read(tagged(sentence(body)))
     assert reports == []
-    assert refused(counts) == {RejectReason.NOTHING_TOLD: 1}
+    assert refused(counts) == {RejectReason.EMPTY: 1}
 
 
 @pytest.mark.parametrize(
     ("line", "why"),
     [
-        (b"hello", RejectReason.UNREADABLE),
-        (b"\\c:1408129200", RejectReason.UNREADABLE),
-        (b"!AIVDM,1,1,,A", RejectReason.UNREADABLE),
-        (b"$GPRMC,1,2,3", RejectReason.UNREADABLE),
+        (b"hello", RejectReason.MALFORMED),
+        (b"\\c:1408129200", RejectReason.MALFORMED),
+        (b"!AIVDM,1,1,,A", RejectReason.MALFORMED),
+        (b"$GPRMC,1,2,3", RejectReason.MALFORMED),
         (b"$HEHDT,123.4,T*00", RejectReason.CHECKSUM),
         (b"\\c:1408129200*00\\$HEHDT,123.4,T*2D", RejectReason.CHECKSUM),
         (b"$HEHDT,123.4,T*ZZ", RejectReason.CHECKSUM),
-        (b"$" + b"A" * LONGEST_LINE, RejectReason.TOO_LONG),
-        (sentence("GPGSV,1,1,00"), RejectReason.UNUSED),
+        (b"$" + b"A" * MAX_SENTENCE_BYTES, RejectReason.TOO_LONG),
+        (sentence("GPGSV,1,1,00"), RejectReason.UNUSED_KIND),
         (sentence("HEHDT,north,T"), RejectReason.UNDECODABLE),
         (sentence("HEHDT,nan,T"), RejectReason.UNDECODABLE),
         (sentence("GPRMC,190001.00,A"), RejectReason.UNDECODABLE),
@@ -186,7 +186,8 @@ def test_sensors_that_are_not_valid_tell_nothing(body):
         (ais({"type": 4, "mmsi": 2300000})[0], RejectReason.NO_SHIP),
         (ais(POSITION | {"mmsi": 992301234})[0], RejectReason.NO_SHIP),
         (ais(POSITION | {"mmsi": 111230001})[0], RejectReason.NO_SHIP),
-        (ais({"type": 8, "mmsi": 2, "dac": 1, "fid": 1, "data": b"\x00"})[0], RejectReason.UNUSED),
+        (ais({"type": 8, "mmsi": 2, "dac": 1, "fid": 1, "data": b"\x00"})[0],
+         RejectReason.UNUSED_KIND),
     ],
 )  # fmt: skip
 def test_every_refusal_has_its_reason(line, why):
@@ -197,7 +198,7 @@ def test_every_refusal_has_its_reason(line, why):
 
 def test_an_empty_line_is_nothing():
     _, counts = read(b"", b"\r\n", b"  ")
-    assert counts.heard == 0
+    assert counts.received == 0
 
 
 def test_a_live_stream_without_times_is_dated_by_arrival():
@@ -215,13 +216,13 @@ def test_what_has_no_time_in_a_tagged_stream_has_that_of_the_stream():
 def test_rmc_is_the_clock_of_a_file_without_tag_blocks():
     rmc = "GPRMC,190001.50,A,5930.00,N,02430.00,E,7.0,180.0,150814,,,A"
     reports, counts = read(*ais(POSITION, None), sentence(rmc), *ais(POSITION, None))
-    assert [report.own for report in reports] == [True, False]
+    assert [report.is_own for report in reports] == [True, False]
     assert {report.time.timestamp() for report in reports} == {TIME + 1.5}
     assert refused(counts) == {RejectReason.NO_TIME: 1}
 
 
 def test_counts_in_words():
     _, counts = read(*ais(POSITION), b"hello", b"hello")
-    assert counts.sentence() == (
+    assert counts.summary() == (
         "heard 3 sentences: 1 used, 2 not of the form of a sentence or message"
     )

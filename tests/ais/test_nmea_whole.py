@@ -3,9 +3,9 @@
 import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, cut, sentence, tagged
 
-from glasshelm.ais.nmea import NmeaReader
-from glasshelm.ais.nmea_sensors import own_said
-from glasshelm.ais.nmea_sentence import checksum_of
+from glasshelm.ais.nmea_decoder import NmeaDecoder
+from glasshelm.ais.nmea_sensors import parse_sensor_sentence
+from glasshelm.ais.nmea_sentence import nmea_checksum
 from glasshelm.ais.reports import Counts, RejectReason
 
 CLASS_B = POSITION | {"type": 18}
@@ -20,11 +20,11 @@ ENDS = [
 
 def read(*lines, live=False):
     counts = Counts()
-    reader = NmeaReader(counts, live=live)
-    reports = list(reader.read(iter(lines)))
-    reader.end()
-    assert counts.waiting == 0
-    return reports, {why: n for why, n in counts.refused.items() if n}
+    reader = NmeaDecoder(counts, live=live)
+    reports = list(reader.decode(iter(lines)))
+    reader.close()
+    assert counts.pending == 0
+    return reports, {why: n for why, n in counts.rejected.items() if n}
 
 
 @pytest.mark.parametrize(("message", "placed", "ends"), ENDS)
@@ -46,10 +46,10 @@ def test_a_field_in_which_a_message_ends_is_not_told(message, placed, ends):
 @pytest.mark.parametrize(
     ("message", "ends"),
     [
-        (STATIC, {"name": 232, "kind": 240, "length_m": 258, "beam_m": 270}),
-        (POSITION | STATIC | {"type": 19}, {"name": 263, "kind": 271, "length_m": 289}),
+        (STATIC, {"name": 232, "ship_type": 240, "length_m": 258, "beam_m": 270}),
+        (POSITION | STATIC | {"type": 19}, {"name": 263, "ship_type": 271, "length_m": 289}),
         ({"type": 24, "partno": 0, "mmsi": 1, "shipname": "ALPHA"}, {"name": 160}),
-        (STATIC | {"type": 24, "partno": 1}, {"kind": 48, "length_m": 150, "beam_m": 162}),
+        (STATIC | {"type": 24, "partno": 1}, {"ship_type": 48, "length_m": 150, "beam_m": 162}),
     ],
 )
 def test_a_cut_identity_tells_what_is_whole(message, ends):
@@ -78,7 +78,7 @@ def test_seconds_and_their_parts_are_told_apart(told):
 
 @pytest.mark.parametrize("told", ["0", "1", "2024", "-5", "99999999999", "1e9", "noon", "9" * 40])
 def test_an_impossible_time_is_told_as_such(told):
-    assert read(*ais(POSITION, told)) == ([], {RejectReason.IMPOSSIBLE_TIME: 1})
+    assert read(*ais(POSITION, told)) == ([], {RejectReason.INVALID_TIME: 1})
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_parts_of_two_messages_are_not_mixed():
     between = [line for k in range(9) for line in ais(POSITION | {"mmsi": 211000010 + k})]
     other = ais(STATIC | {"mmsi": 211000002, "shipname": "OTHER", "to_bow": 30})
     reports, refused = read(second, *between, *other)
-    assert refused == {RejectReason.PART_MISSING: 1}
+    assert refused == {RejectReason.INCOMPLETE: 1}
     assert (reports[-1].id, reports[-1].name, reports[-1].length_m) == ("211000002", "OTHER", 80.0)
 
 
@@ -170,7 +170,9 @@ def test_what_is_no_ship_is_none_whoever_reads_it(number):
     ],
 )
 def test_minutes_are_the_two_digits_before_the_point(fields, west):
-    assert own_said("GLL", [*fields, "120000", "A"])["longitude_deg"] == pytest.approx(-west)
+    assert parse_sensor_sentence("GLL", [*fields, "120000", "A"])["longitude_deg"] == pytest.approx(
+        -west
+    )
 
 
 @pytest.mark.parametrize(
@@ -218,7 +220,7 @@ def _untagged(message):
 
 
 def _check(body):
-    return checksum_of(body)
+    return nmea_checksum(body)
 
 
 def _six(c):

@@ -84,11 +84,11 @@ def played(path, own):
     async def play():
         feed, picture = FileFeed(path, own, pace=math.inf), TrafficPicture()
         async for report in feed.reports():
-            picture.take(report)
+            picture.update(report)
         return picture
 
     picture = asyncio.run(play())
-    scenario = picture.scenario(picture.heard, ship_named("paper"))
+    scenario = picture.scenario(picture.latest_time, ship_named("paper"))
     tracks = scenario.encounter.targets
     ships = {}
     for k, info in enumerate(scenario.targets):

@@ -7,7 +7,7 @@ from tests.feeds.live import SHIP, shown
 
 from glasshelm.ais import signalk_deltas
 from glasshelm.ais.reports import Counts, RejectReason
-from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE, DeltaReader
+from glasshelm.ais.signalk_deltas import MAX_MESSAGE_BYTES, DeltaDecoder
 from glasshelm.live.traffic_picture import TrafficPicture
 
 HELLO = {"name": "x", "version": "2.23.0", "self": "vessels.urn:mrn:signalk:uuid:1", "roles": []}
@@ -24,13 +24,13 @@ def delta(values, context=OTHER, timestamp=STAMP):
 
 def read(*messages, own=None):
     counts = Counts()
-    reader = DeltaReader(counts, own)
+    reader = DeltaDecoder(counts, own)
     reports = []
     for message in messages:
         raw = message if isinstance(message, str | bytes) else json.dumps(message)
-        reports += reader.message(raw)
-    assert counts.waiting == 0
-    return reports, {why: n for why, n in counts.refused.items() if n}
+        reports += reader.decode(raw)
+    assert counts.pending == 0
+    return reports, {why: n for why, n in counts.rejected.items() if n}
 
 
 def test_a_target_in_si_units_as_it_comes():
@@ -52,12 +52,12 @@ def test_a_target_in_si_units_as_it_comes():
         ),
     )
     assert refused == {}
-    assert (report.id, report.name, report.kind) == ("276780000", "MEGASTAR", "60")
+    assert (report.id, report.name, report.ship_type) == ("276780000", "MEGASTAR", "60")
     assert report.time == datetime(2014, 8, 15, 19, 0, 1, 40_000, tzinfo=UTC)
     assert (report.latitude_deg, report.longitude_deg) == (59.86, 24.8)
     assert (report.speed_m_s, report.course_rad, report.heading_rad) == (14.91, 3.48, 3.45)
     assert (report.rate_of_turn_rad_s, report.length_m, report.beam_m) == (0.0003, 212.0, 30.6)
-    assert not report.own
+    assert not report.is_own
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_one_context_is_one_ship_whose_mmsi_is_told_later(told):
     reports, refused = read(HELLO, delta(HERE, UUID), delta(told, UUID), delta(HERE, UUID))
     assert refused == {}
     assert [r.id for r in reports] == [UUID.removeprefix("vessels."), "257999990", "257999990"]
-    assert [r.formerly for r in reports] == [None, UUID.removeprefix("vessels."), None]
+    assert [r.previous_id for r in reports] == [None, UUID.removeprefix("vessels."), None]
     # Told with a position, and before anything else.
     reports, _ = read(HELLO, delta(told | HERE, UUID), delta(HERE, UUID))
     assert {r.id for r in reports} == {"257999990"}
@@ -103,23 +103,25 @@ def test_the_number_of_a_context_is_hers_whatever_is_told():
     (first, second), _ = read(
         HELLO, delta(HERE | {"": {"mmsi": "257999990"}}), delta(HERE, OTHER.replace("27", "027"))
     )
-    assert (first.id, first.formerly, second.id) == ("276780000", None, "276780000")
+    assert (first.id, first.previous_id, second.id) == ("276780000", None, "276780000")
     reports, refused = read(HELLO, delta({"mmsi": "002766140"}, UUID), delta(HERE, UUID))
     # Whoever was taken for a ship before is let go by the picture.
-    assert [(report.id, report.formerly is not None) for report in reports] == [("2766140", True)]
+    assert [(report.id, report.previous_id is not None) for report in reports] == [
+        ("2766140", True)
+    ]
     assert refused == {RejectReason.NO_SHIP: 1}
 
 
 def test_own_ship_may_be_named_by_an_mmsi_that_is_told_later():
     reports, _ = read(delta({"mmsi": "257999990"}, UUID), delta(HERE, UUID), own="257999990")
-    assert [r.own for r in reports] == [True, True]
+    assert [r.is_own for r in reports] == [True, True]
 
 
 def test_the_contexts_that_are_remembered_are_bounded(monkeypatch):
-    monkeypatch.setattr(signalk_deltas, "MOST_LEARNT", 10)
-    reader = DeltaReader(Counts())
+    monkeypatch.setattr(signalk_deltas, "MAX_LEARNT", 10)
+    reader = DeltaDecoder(Counts())
     for k in range(100):
-        reader.message(json.dumps(delta({"mmsi": 257000000 + k}, f"vessels.urn:x{k}")))
+        reader.decode(json.dumps(delta({"mmsi": 257000000 + k}, f"vessels.urn:x{k}")))
     assert len(reader._learnt) == 10
     long = "x" * 500_000
     assert read(delta(HERE, f"vessels.{long}")) == ([], {RejectReason.UNDECODABLE: 1})
@@ -160,12 +162,12 @@ def test_a_null_ends_the_route_that_was_told(null):
     assert ended.route_ended
     assert ended.waypoint_latitude_deg is None
     # The same of a route that nobody told, or another part of the tree told: nothing.
-    assert read(HELLO, delta(null, None))[1] == {RejectReason.NOTHING_TOLD: 1}
+    assert read(HELLO, delta(null, None))[1] == {RejectReason.EMPTY: 1}
     other = {"navigation.courseRhumbline.nextPoint": {"latitude": 59.5, "longitude": 24.5}}
     reports, _ = read(HELLO, delta(other, None), delta(null, None))
     assert [r.route_ended for r in reports] == [False]
     # Other ships have no route here.
-    assert read(HELLO, delta(ROUTE, None), delta(null))[1] == {RejectReason.NOTHING_TOLD: 1}
+    assert read(HELLO, delta(ROUTE, None), delta(null))[1] == {RejectReason.EMPTY: 1}
 
 
 def test_a_waypoint_without_a_route_is_one():
@@ -184,7 +186,7 @@ def test_a_null_ends_what_a_sensor_said():
     }
     for path, name in paths.items():
         (report,), _ = read(HELLO, delta({path: None}))
-        assert report.ended == (name,)
+        assert report.cleared == (name,)
 
 
 @pytest.mark.parametrize(
@@ -228,15 +230,15 @@ def test_an_update_without_a_time_is_of_the_time_of_the_stream():
 
 def test_a_ship_under_two_contexts_is_there_once():
     picture = TrafficPicture()
-    reader = DeltaReader(Counts())
+    reader = DeltaDecoder(Counts())
 
     def hear(context, second, values):
         stamp = f"2014-08-15T19:00:{second:02d}Z"
-        for report in reader.message(json.dumps(delta(values, context, stamp))):
-            picture.take(report)
+        for report in reader.decode(json.dumps(delta(values, context, stamp))):
+            picture.update(report)
 
     moving = {"navigation.speedOverGround": 5.0, "navigation.courseOverGroundTrue": 1.0}
-    reader.message(json.dumps(HELLO))
+    reader.decode(json.dumps(HELLO))
     there = {"navigation.position": {"latitude": 59.52, "longitude": 24.5}}
     hear(None, 0, HERE | moving)
     hear(UUID, 1, there | moving)
@@ -260,15 +262,15 @@ def test_a_ship_under_two_contexts_is_there_once():
 @pytest.mark.parametrize("context", [HELLO["self"], "vessels.self", None])
 def test_own_ship_is_the_self_of_the_hello(context):
     (report,), _ = read(HELLO, delta({"steering.rudderAngle": 0.1}, context))
-    assert report.own
+    assert report.is_own
     assert report.rudder_rad == 0.1
 
 
 def test_own_ship_may_be_named_by_her_mmsi():
     (report,), _ = read(delta({"navigation.speedOverGround": 1.0}), own="276780000")
-    assert report.own
+    assert report.is_own
     (report,), _ = read({"self": OTHER}, delta({"navigation.speedOverGround": 1.0}))
-    assert report.own
+    assert report.is_own
     assert report.id == "276780000"
 
 
@@ -291,21 +293,21 @@ def test_every_update_is_a_report_and_one_without_time_is_of_now():
 @pytest.mark.parametrize(
     ("message", "why"),
     [
-        ("", RejectReason.UNREADABLE),
-        ("{", RejectReason.UNREADABLE),
-        (b"\xff\xfe", RejectReason.UNREADABLE),
-        ('{"updates":[{"values":[{"path":"","value":' + "[" * 100_000, RejectReason.UNREADABLE),
-        (" " * (LONGEST_MESSAGE + 1), RejectReason.TOO_LONG),
+        ("", RejectReason.MALFORMED),
+        ("{", RejectReason.MALFORMED),
+        (b"\xff\xfe", RejectReason.MALFORMED),
+        ('{"updates":[{"values":[{"path":"","value":' + "[" * 100_000, RejectReason.MALFORMED),
+        (" " * (MAX_MESSAGE_BYTES + 1), RejectReason.TOO_LONG),
         ([], RejectReason.UNDECODABLE),
         ({"updates": 5}, RejectReason.UNDECODABLE),
         ({"updates": [{"values": [{"value": 5}]}]}, RejectReason.UNDECODABLE),
-        ({"requestId": "1", "state": "COMPLETED"}, RejectReason.UNUSED),
-        (delta({"environment.depth.belowKeel": 5.0}), RejectReason.UNUSED),
-        (delta({}), RejectReason.UNUSED),
-        ({"context": OTHER, "updates": []}, RejectReason.NOTHING_TOLD),
-        (delta({"navigation.position": None}), RejectReason.NOTHING_TOLD),
-        (delta({"name": None, "design.length": None}), RejectReason.NOTHING_TOLD),
-        (delta({"mmsi": True}), RejectReason.NOTHING_TOLD),
+        ({"requestId": "1", "state": "COMPLETED"}, RejectReason.UNUSED_KIND),
+        (delta({"environment.depth.belowKeel": 5.0}), RejectReason.UNUSED_KIND),
+        (delta({}), RejectReason.UNUSED_KIND),
+        ({"context": OTHER, "updates": []}, RejectReason.EMPTY),
+        (delta({"navigation.position": None}), RejectReason.EMPTY),
+        (delta({"name": None, "design.length": None}), RejectReason.EMPTY),
+        (delta({"mmsi": True}), RejectReason.EMPTY),
         (delta({"navigation.speedOverGround": "fast"}), RejectReason.UNDECODABLE),
         (delta({"navigation.speedOverGround": True}), RejectReason.UNDECODABLE),
         (delta({"navigation.position": {"latitude": 5}}), RejectReason.UNDECODABLE),
@@ -383,11 +385,11 @@ def test_every_form_of_null_ends_a_route(null):
 @pytest.mark.parametrize("number", ["992571111", "111257500", "002570001"])
 def test_what_turns_out_to_be_no_ship_is_one_no_more(number):
     counts, picture = Counts(), TrafficPicture()
-    reader = DeltaReader(counts)
+    reader = DeltaDecoder(counts)
     position = {"navigation.position": {"latitude": 59.0, "longitude": 24.0}}
     for told in (position, {"": {"mmsi": number, "name": "BUOY"}}, position):
-        for report in reader.message(json.dumps(delta(told, context="vessels.urn:x"))):
-            picture.take(report)
+        for report in reader.decode(json.dumps(delta(told, context="vessels.urn:x"))):
+            picture.update(report)
     assert len(picture) == 0
 
 

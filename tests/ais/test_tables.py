@@ -9,9 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from glasshelm.ais.csv_file import BLOCK, read_csv
-from glasshelm.ais.reading import recordings
-from glasshelm.ais.table import NO_SHIP, OWN_SENSORS, Recording
+from glasshelm.ais.csv_file import BLOCK
+from glasshelm.ais.reading import iter_recording, read_recording_file
+from glasshelm.ais.table import NOT_A_SHIP, OWN_SENSORS
 from glasshelm.core.errors import InputError
 
 NOON = datetime(2024, 6, 1, 12, tzinfo=UTC).timestamp()
@@ -26,11 +26,9 @@ def table(tmp_path, *lines, name="traffic.csv", end="\n"):
 
 
 def read(path):
-    notes: list[str] = []
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # none may reach a user
-        parts = list(recordings(path, lambda reports: np.ones(len(reports), bool), notes))
-    return Recording.joined(parts, notes)
+        return read_recording_file(path)
 
 
 def one(tmp_path, header, row):
@@ -91,7 +89,7 @@ DIALECTS = {
 def test_columns_as_they_are_published(tmp_path, dialect):
     report, ship = one(tmp_path, *DIALECTS[dialect])
     assert report == (0.0, SHIP, 58.5, 10.25, 12.5, 90.5, 91.0)
-    assert (ship.name, ship.kind, ship.length_m, ship.beam_m) == ("ALFA", "70", 180.0, 30.0)
+    assert (ship.name, ship.ship_type, ship.length_m, ship.beam_m) == ("ALFA", "70", 180.0, 30.0)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "b.CSV.GZ", "c.txt", "d.tsv", "e"])
@@ -188,7 +186,7 @@ def test_own_sensors_are_named_by_their_kind_alone(tmp_path):
 def test_stations_and_aircraft_are_no_ships(tmp_path, column, texts):
     rows = [f"{text},{SHIP},{NOON},58.5,10.25" for text in (*texts, "Class A", "")]
     recording = read(table(tmp_path, f"{column},mmsi,time,lat,lon", *rows))
-    assert recording.reports.mmsi.tolist() == [NO_SHIP] * len(texts) + [SHIP] * 2
+    assert recording.reports.mmsi.tolist() == [NOT_A_SHIP] * len(texts) + [SHIP] * 2
 
 
 GOOD = f"{SHIP},{NOON},58.5,10.25,"
@@ -373,9 +371,9 @@ def test_groups_of_rows_of_another_time_are_not_read(tmp_path):
         seen.extend(reports.time_s.tolist())
         return np.ones(len(reports), bool)
 
-    list(recordings(tmp_path / "p", wanted, [], NOON + 600, NOON + 660))
+    list(iter_recording(tmp_path / "p", [], wanted, NOON + 600, NOON + 660))
     assert (min(seen) - NOON, max(seen) - NOON) == (600, 1140)
-    assert list(recordings(tmp_path / "p", wanted, [], NOON - 600, NOON - 60)) == []
+    assert list(iter_recording(tmp_path / "p", [], wanted, NOON - 600, NOON - 60)) == []
 
 
 @pytest.mark.parametrize(
@@ -399,5 +397,7 @@ def test_unusable_parquet(tmp_path, data, says):
 
 
 def test_read_csv_reads_it_all(tmp_path):
-    recording = read_csv(table(tmp_path, "mmsi,t,lat,lon", f"{SHIP},{NOON},58.5,10.25", "x,x,x,x"))
+    recording = read_recording_file(
+        table(tmp_path, "mmsi,t,lat,lon", f"{SHIP},{NOON},58.5,10.25", "x,x,x,x")
+    )
     assert len(recording.reports) == len(recording.notes) == 1

@@ -7,8 +7,13 @@ import pytest
 
 from glasshelm.ais import traffic_time
 from glasshelm.ais.reports import Counts
-from glasshelm.ais.stream_clock import StreamClock
-from glasshelm.ais.traffic_time import MOST_LINES, MOST_WITNESSES, MOST_WRONG, TrafficTime
+from glasshelm.ais.traffic_time import (
+    MAX_REJECTED,
+    MAX_SOURCES,
+    MAX_TIMELINES,
+    StreamClock,
+    TrafficTime,
+)
 
 T0 = 1_408_129_200.0
 HOUR = 3600.0
@@ -24,7 +29,7 @@ class Stream:
         self.time = TrafficTime()
 
     def tell(self, witness, seconds, off=0.0):
-        return self.time.tell(T0 + seconds + off, witness)
+        return self.time.update(T0 + seconds + off, witness)
 
     def hear(self, first, last, every=5, off=0.0, ships=("own", "a", "b", "c")):
         """All ships in turn; whether each claim was believed."""
@@ -197,14 +202,14 @@ def test_time_that_passes_in_silence_is_no_jump(still):
 def test_memory_is_bounded_and_nothing_is_refused_for_good():
     stream, chance = Stream(), random.Random(0)
     stream.hear(0, 60)
-    for k in range(5 * MOST_WITNESSES):
+    for k in range(5 * MAX_SOURCES):
         stream.tell(str(k), 60, chance.choice([0.0, 1e9, chance.uniform(-1e9, 1e9)]))
     time = stream.time
-    assert len(time._lines) <= MOST_LINES
-    assert len(time._of) == sum(len(line.witnesses) for line in time._lines)
-    assert len(time._last) <= 2 * MOST_WITNESSES
-    assert len(time._wrong) <= MOST_WRONG
-    assert all(len(line.witnesses) <= MOST_WITNESSES for line in time._lines)
+    assert len(time._timelines) <= MAX_TIMELINES
+    assert len(time._timeline_of) == sum(len(line.sources) for line in time._timelines)
+    assert len(time._believed_times) <= 2 * MAX_SOURCES
+    assert len(time._rejected) <= MAX_REJECTED
+    assert all(len(line.sources) <= MAX_SOURCES for line in time._timelines)
     stream.hear(60, 400)
     assert stream.now == 395
 
@@ -212,22 +217,22 @@ def test_memory_is_bounded_and_nothing_is_refused_for_good():
 def test_whose_clock_is_wrong_is_said_in_one_line():
     stream = Stream()
     stream.hear(0, 60)
-    assert stream.time.wrong() is None
+    assert stream.time.rejected_clocks() is None
     stream.tell("station:HARBOR", 60, 12 * HOUR)
     stream.tell("257000001", 60, -2 * HOUR)  # perhaps an old report: not named yet
-    assert stream.time.wrong() == (
+    assert stream.time.rejected_clocks() == (
         "a clock that most others contradict is not believed: station HARBOR (12 h ahead)"
     )
     stream.tell("257000001", 65, -2 * HOUR)
     for k in range(3):
         stream.tell(f"25700001{k}", 65, YEAR_2037)
-    told = stream.time.wrong()
+    told = stream.time.rejected_clocks()
     assert "\n" not in told
     assert told.endswith("and 2 more")
     stream.tell("station:HARBOR", 70)
-    assert "HARBOR" not in stream.time.wrong()
+    assert "HARBOR" not in stream.time.rejected_clocks()
     stream.hear(70, 800)
-    assert stream.time.wrong() is None
+    assert stream.time.rejected_clocks() is None
 
 
 def test_the_clock_of_a_stream_is_moved_by_no_time_that_is_not_believed():
@@ -240,8 +245,8 @@ def test_the_clock_of_a_stream_is_moved_by_no_time_that_is_not_believed():
 
     for second in range(10):
         for ship in ("a", "b"):
-            assert clock.tell(at(second), ship) == at(second)
-    assert clock.tell(at(12 * HOUR), "station:HARBOR") is None
+            assert clock.update(at(second), ship) == at(second)
+    assert clock.update(at(12 * HOUR), "station:HARBOR") is None
     assert clock.now() == at(9)
-    assert "station HARBOR (12 h ahead)" in counts.sentence()
+    assert "station HARBOR (12 h ahead)" in counts.summary()
     assert StreamClock(live=True).now().year >= 2026

@@ -27,7 +27,7 @@ from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.frames import frame_log
 from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.pilots.straight import StraightPilot
@@ -41,13 +41,13 @@ class Writer(SignalKWriter):
 
     def __init__(self):
         self.stands = None
-        self.trouble = None
+        self.last_error = None
 
-    def tell(self, frame, alarms):
+    def publish(self, frame, alarms):
         rudder = None if frame.decision is None else frame.decision.rudder_rad
         self.stands = rudder, [alarm.target for alarm in alarms]
 
-    def fall_silent(self):
+    def withdraw(self):
         self.stands = None
 
 
@@ -283,7 +283,7 @@ PARTS = {
     "the alarms": (AlarmList, "update"),
     "the bands": (BandWorker, "request"),
     "the session's message": (Presenter, "session_message"),
-    "writing back": (Writer, "tell"),
+    "writing back": (Writer, "publish"),
     "the log": (live_log.FrameLog, "append_line"),
 }
 NO_FRAME = {"the look", "the picture"}
@@ -431,7 +431,7 @@ def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch
         pass
 
     monkeypatch.setattr(hub.player.writer, "run", idle)
-    monkeypatch.setattr(hub.player.writer, "end", nothing)
+    monkeypatch.setattr(hub.player.writer, "close", nothing)
     monkeypatch.setattr(where, what if what == "play" else "run", run)
 
     async def watch():

@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from glasshelm.ais.limits import LOST_AFTER_S, LOST_SHOWN_S
 from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
 from glasshelm.bridge.server.presenter import Presenter
 from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
@@ -15,14 +16,12 @@ from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.feeds.feed_factory import signalk_server
-from glasshelm.feeds.report_queue import MOST_OTHERS, MOST_OWN
-from glasshelm.live import fleet
+from glasshelm.live import vessel_store
+from glasshelm.live.report_queue import MAX_OTHERS, MAX_OWN
 from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.simulation.voyage import LOST_SHOWN_S
 
 START = datetime(2014, 8, 15, 17, 0, tzinfo=UTC)
 NORTH_M_DEG = 111_132.0
@@ -38,16 +37,16 @@ def report(id: str, time_s: float, north_m: float, speed: float, own: bool = Fal
         longitude_deg=25.0,
         course_rad=0.0,
         speed_m_s=speed,
-        own=own,
+        is_own=own,
     )
 
 
-class Made:
+class Made(Feed):
     """A feed of reports given beforehand, that then stays silent."""
 
     title = "made"
     connected = True
-    trouble = None
+    last_error = None
 
     def __init__(self):
         self.counts = Counts()
@@ -64,7 +63,7 @@ class Clock(TrafficPicture):
     time_s = 0.0
 
     def now(self):
-        return None if self.heard is None else START + timedelta(seconds=self.time_s)
+        return None if self.latest_time is None else START + timedelta(seconds=self.time_s)
 
 
 @pytest.fixture
@@ -110,8 +109,10 @@ def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
 def test_own_ship_s_rudder_is_in_the_frame_while_a_sensor_tells_it(live):
     session, at = live
     assert at(0.0).own.rudder_rad is None
-    sensor = Report(id="230000001", time=START + timedelta(seconds=5), rudder_rad=-0.07, own=True)
-    session._picture.take(sensor)
+    sensor = Report(
+        id="230000001", time=START + timedelta(seconds=5), rudder_rad=-0.07, is_own=True
+    )
+    session._picture.update(sensor)
     assert at(5.0).own.rudder_rad == pytest.approx(-0.07)
     assert at(10.0).decision.rudder_rad == 0.0, "the advice is another thing"
     assert at(20.0).own.rudder_rad is None, "what was said 15 s ago is not shown as of now"
@@ -149,10 +150,10 @@ class Writer(SignalKWriter):
     def __init__(self):
         self.asked: list[int | None] = []
 
-    def tell(self, frame, alarms):
+    def publish(self, frame, alarms):
         self.asked.append(len(frame.targets))
 
-    def fall_silent(self):
+    def withdraw(self):
         self.asked.append(None)
 
 
@@ -215,17 +216,17 @@ def test_a_feed_that_ended_stays_in_the_notes(live):
 def test_what_was_of_no_use_is_told_in_one_sentence(live):
     session, at = live
     counts = session._feed.counts
-    counts.heard, counts.refused[RejectReason.CHECKSUM] = 12, 12
+    counts.received, counts.rejected[RejectReason.CHECKSUM] = 12, 12
     session.next_frame()
     told = "heard 12 sentences: 0 used, 12 with a wrong checksum"
     assert session.info.notes == ("no position heard yet", told)
-    counts.heard, counts.understood, counts.refused[RejectReason.CHECKSUM] = 12, 9, 0
-    counts.refused[RejectReason.UNUSED] = 3
+    counts.received, counts.accepted, counts.rejected[RejectReason.CHECKSUM] = 12, 9, 0
+    counts.rejected[RejectReason.UNUSED_KIND] = 3
     at(0.0)
     assert not any(note.startswith("heard") for note in session.info.notes), "a sound feed"
-    session._picture.take(report("230000002", -7200.0, 0.0, TARGET_M_S))
+    session._picture.update(report("230000002", -7200.0, 0.0, TARGET_M_S))
     assert session.status().feed_counts == {
-        "sentences": {"heard": 12, "used": 9, "refused": {RejectReason.UNUSED: 3}},
+        "sentences": {"heard": 12, "used": 9, "refused": {RejectReason.UNUSED_KIND: 3}},
         "reports": {"heard": 3, "used": 2, "refused": {RejectReason.LATE: 1}},
     }
 
@@ -241,9 +242,9 @@ def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tm
         return json.loads(hub.player.session_message(presenter).data)["notes"]
 
     before = notes()
-    writer.trouble = f"{writer.title}: refused with HTTP status 401"
-    assert notes() == [writer.trouble, *before]
-    writer.trouble = None
+    writer.last_error = f"{writer.title}: refused with HTTP status 401"
+    assert notes() == [writer.last_error, *before]
+    writer.last_error = None
     assert notes() == before
     hub.close()
 
@@ -256,7 +257,7 @@ class Flood(Made):
     async def reports(self):
         for i in itertools.count():
             time_s, k = i / 5000, i % 100_000
-            self.counts.heard += 1
+            self.counts.received += 1
             if i % 500 == 0:
                 yield report("230000001", time_s, 0.0, OWN_M_S, own=True)
             elif i % 500 <= 20:
@@ -268,7 +269,7 @@ class Flood(Made):
 
 
 def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_path, monkeypatch):
-    monkeypatch.setattr(fleet, "MOST_SHIPS", 300)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 300)
     picture = TrafficPicture()
     live = LiveSession("tcp://flood:1", Flood(), picture, StraightPilot(), "paper", tmp_path)
 
@@ -283,7 +284,7 @@ def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_pat
                 await asyncio.sleep(0.01)
                 turns.append(asyncio.get_running_loop().time() - begun)
             frames.append(await looking)
-            assert len(live._reports) <= MOST_OWN + MOST_OTHERS
+            assert len(live._reports) <= MAX_OWN + MAX_OTHERS
         listening.cancel()
         await asyncio.wait([listening])
         return frames, turns

@@ -35,7 +35,7 @@ def sailed(pilot):
     frames, observation = [], []
     for _ in range(STEPS):
         observation.append(voyage.place.carry.state.observation)
-        frames += voyage.sail_on()
+        frames += voyage.advance()
     return frames, observation
 
 

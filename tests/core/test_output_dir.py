@@ -22,9 +22,9 @@ from glasshelm.figures import style
 from glasshelm.frames import frame_log, frame_parquet
 from glasshelm.networks.checkpoint import load_tree, save_tree
 from glasshelm.training.config import preset_named
-from glasshelm.training.metrics_log import Records, read_records
-from glasshelm.training.trainer import LoopSettings, train
-from glasshelm.training.training_progress import Display
+from glasshelm.training.metrics_log import MetricsLog, read_metrics
+from glasshelm.training.trainer import TrainerSettings, train
+from glasshelm.training.training_progress import TrainingProgress
 
 HOLD = """
 import sys, pathlib, time
@@ -130,8 +130,8 @@ def test_what_a_library_writes_is_whole_too(tmp_path, monkeypatch):
 
 
 def test_the_log_of_a_training_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
-    records = Records(tmp_path, None, tensorboard=False)
-    records.add({"number": 1})
+    log = MetricsLog(tmp_path, None, tensorboard=False)
+    log.add({"number": 1})
     really = Path.open
 
     def full(path: Path, *args: object, **more: object) -> object:
@@ -142,14 +142,14 @@ def test_the_log_of_a_training_that_cannot_be_written_is_one_line(tmp_path, monk
     with monkeypatch.context() as broken:
         broken.setattr(Path, "open", full)
         with pytest.raises(InputError, match=r"log\.jsonl: cannot write it \(No space left"):
-            records.add({"number": 2})
-    assert read_records(tmp_path) == [{"number": 1}]
+            log.add({"number": 2})
+    assert read_metrics(tmp_path) == [{"number": 1}]
     disk = BrokenDisk(monkeypatch, tmp_path)
     disk.fail(1, 1_000)
     with pytest.raises(InputError, match="No space left"):
-        Records(tmp_path, 1, tensorboard=False)
+        MetricsLog(tmp_path, 1, tensorboard=False)
     disk.heal()
-    assert read_records(tmp_path) == [{"number": 1}], "what was kept is kept"
+    assert read_metrics(tmp_path) == [{"number": 1}], "what was kept is kept"
 
 
 def test_the_weights_are_those_written(tmp_path):
@@ -185,9 +185,9 @@ def test_the_claim_of_a_process_that_was_killed_is_gone(tmp_path):
     try:
         assert process.stdout is not None
         assert process.stdout.readline() == "claimed\n"
-        config, loop = preset_named("tiny"), LoopSettings(tensorboard=False)
+        config, settings = preset_named("tiny"), TrainerSettings(tensorboard=False)
         with pytest.raises(InputError, match="another process"):
-            train(config, tmp_path, loop, False, Display(Terminal(quiet=True)))
+            train(config, tmp_path, settings, False, TrainingProgress(Terminal(quiet=True)))
         assert [path.name for path in tmp_path.iterdir()] == [".lock"]
     finally:
         process.kill()

@@ -12,8 +12,8 @@ import pytest
 from tests.voyages import plain
 
 from glasshelm.cli import main
-from glasshelm.core.terminal import Terminal, Words, progress
-from glasshelm.core.text import LONGEST_NAME, file_name, markdown_code, markdown_text, printable
+from glasshelm.core.terminal import TaskDescription, Terminal, progress
+from glasshelm.core.text import MAX_NAME_LENGTH, file_name, markdown_code, markdown_text, printable
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.types import TargetInfo
 from glasshelm.evaluation.markdown import markdown
@@ -91,11 +91,11 @@ def test_markdown_reads_a_name_as_text():
 
 def test_nobody_enters_with_an_order_in_her_name():
     for name in NAMES:
-        info = TargetInfo(f"i{name}", name, kind=name)
+        info = TargetInfo(f"i{name}", name, ship_type=name)
         assert info.id.isprintable()
         assert info.name.isprintable()
-        assert len(info.name) <= LONGEST_NAME
-        assert (info.kind or "").isprintable()
+        assert len(info.name) <= MAX_NAME_LENGTH
+        assert (info.ship_type or "").isprintable()
 
 
 def test_a_log_from_outside_is_read_as_text(tmp_path):
@@ -155,10 +155,10 @@ def test_a_figure_that_fails_is_told_of_in_the_report(tmp_path, monkeypatch):
         raise ValueError("\x1b[31m<no>")
 
     plates = [dataclasses.replace(room.FIGURES[0], draw=fails), *room.FIGURES[2:4]]
-    monkeypatch.setattr(room, "PLATES", plates)
+    monkeypatch.setattr(room, "FIGURES", plates)
     page = room.write_report(plain(), tmp_path).read_text()
     assert "Tracks: not drawn, it failed (ValueError: \\x1b[31m&lt;no&gt;)." in page
-    monkeypatch.setattr(room, "PLATES", plates[:1])
+    monkeypatch.setattr(room, "FIGURES", plates[:1])
     assert "What happened" in room.write_report(plain(), tmp_path).read_text()
 
 
@@ -172,7 +172,7 @@ def test_a_terminal_gets_text():
     bar = progress(terminal)
     for name in NAMES:
         bar.add_task(name)
-    assert [Words().render(task).plain for task in bar.tasks] == [*map(printable, NAMES)]
+    assert [TaskDescription().render(task).plain for task in bar.tasks] == [*map(printable, NAMES)]
 
 
 _LOGS = """

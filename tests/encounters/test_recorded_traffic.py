@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.own_ship_candidates import candidates
+from glasshelm.encounters.own_ship_candidates import own_ship_candidates
 from glasshelm.encounters.recorded_traffic import RecordingSettings, recorded_scenario
 from glasshelm.encounters.recording_window import read_recording
 from glasshelm.encounters.types import motion_at
@@ -45,7 +45,7 @@ def own_at(scenario, time_s):
 
 
 def test_any_ship_can_be_own_ship(tmp_path):
-    settings = RecordingSettings(nearest_waypoint_m=0.0)
+    settings = RecordingSettings(min_waypoint_m=0.0)
     s = recorded_scenario(recording(tmp_path), SHIP, str(OWN), settings=settings)
     assert (s.own_name, [t.name for t in s.targets]) == ("OWN SHIP", ["OTHER"])
     assert (s.ship.loa_m, s.ship.beam_m, s.ship.gain_1_s) == (200.0, 30.0, SHIP.gain_1_s)
@@ -125,7 +125,7 @@ def test_candidates_prefer_ships_that_meet_others(tmp_path):
         for m in range(31)
     ]
     cleaned = read_recording(recording(tmp_path, *extra))
-    best = candidates(cleaned.reports, cleaned.ships)
+    best = own_ship_candidates(cleaned.reports, cleaned.ships)
     # OTHER has LATE 0.8 NM to the east of her and OWN 2.0 NM to the west; OWN has nobody nearer.
     assert [c.mmsi for c in best[:2]] == [OTHER, LATE]
     assert [c.meetings for c in best] == [1, 1, 0]
@@ -142,14 +142,14 @@ def test_a_ship_that_comes_back_has_her_farthest_point_as_waypoint(tmp_path):
         f"2024-01-01T00:{m:02d}:00,ais,{LATE},59.0,{10.6 + 0.01 * (15 - abs(m - 15)):.4f},18,90,,,,"
         for m in range(31)
     ]
-    settings = RecordingSettings(nearest_waypoint_m=0.0)
+    settings = RecordingSettings(min_waypoint_m=0.0)
     s = recorded_scenario(recording(tmp_path, *extra), SHIP, LATE, settings=settings)
     assert float(s.encounter.route.x[0]) == pytest.approx(8608, rel=0.01)
     assert any("comes back" in note for note in s.notes)
 
 
 def test_nearest_waypoint_and_length_can_be_chosen(tmp_path):
-    settings = RecordingSettings(nearest_waypoint_m=20_000.0, loa_m=50.0)
+    settings = RecordingSettings(min_waypoint_m=20_000.0, loa_m=50.0)
     s = recorded_scenario(recording(tmp_path), SHIP, OWN, settings=settings)
     assert float(s.encounter.route.y[0]) == pytest.approx(20_000, rel=1e-4)
     assert s.ship.loa_m == 50.0

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from glasshelm.ais.table import OWN_SENSORS, Particulars, Reports
+from glasshelm.ais.table import OWN_SENSORS, ReportTable, StaticData
 from glasshelm.core.errors import InputError
 from glasshelm.encounters import recording_window
-from glasshelm.encounters.globe import closest, instants, places
-from glasshelm.encounters.own_ship_candidates import candidates
+from glasshelm.encounters.own_ship_candidates import own_ship_candidates
 from glasshelm.encounters.recorded_traffic import recorded_scenario
-from glasshelm.encounters.scenario_factory import cut
+from glasshelm.encounters.scenario_factory import recording_settings
+from glasshelm.encounters.snapshots import closest_approaches, ecef, snapshots
 from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]
@@ -81,7 +81,7 @@ def test_far_ships_are_no_targets(tmp_path):
     assert [t.id for t in s.targets] == [str(NEAR)]
 
 
-@pytest.mark.parametrize("settings", [cut(None), cut(10.0)])
+@pytest.mark.parametrize("settings", [recording_settings(None), recording_settings(10.0)])
 @pytest.mark.parametrize("at", [None, "12:10"])
 def test_a_large_file_gives_the_same_as_a_small_one(tmp_path, monkeypatch, settings, at):
     ships = ((OWN, 59.0, 10.5), (NEAR, 59.0, 10.6), (FAR, 20.0, 10.6), (OWN_SENSORS + 6, 59, 10.4))
@@ -89,7 +89,7 @@ def test_a_large_file_gives_the_same_as_a_small_one(tmp_path, monkeypatch, setti
     lines += [f"2024-01-01T12:{m:02d}:30,{NEAR},91,181,102.3,360" for m in range(30)]
     path = written(tmp_path, *lines)
     small = recorded_scenario(path, SHIP, OWN, at, settings)
-    monkeypatch.setattr(recording_window, "KEPT", 50)
+    monkeypatch.setattr(recording_window, "MAX_SINGLE_PASS", 50)
     large = recorded_scenario(path, SHIP, OWN, at, settings)
     assert [t.id for t in small.targets] == [t.id for t in large.targets] == ["5", str(NEAR)]
     assert (small.start, small.duration_s, small.ship) == (
@@ -108,12 +108,12 @@ def test_a_large_file_gives_the_same_as_a_small_one(tmp_path, monkeypatch, setti
 
 def test_too_many_reports_are_told_in_one_line(tmp_path, monkeypatch):
     path = written(tmp_path, *rows())
-    monkeypatch.setattr(recording_window, "KEPT", 20)
-    monkeypatch.setattr(recording_window, "MOST", 40)
+    monkeypatch.setattr(recording_window, "MAX_SINGLE_PASS", 20)
+    monkeypatch.setattr(recording_window, "MAX_REPORTS", 40)
     with pytest.raises(InputError, match=r"more than 40 reports in that time .* choose --at and"):
         recorded_scenario(path, SHIP, OWN)
-    assert len(recorded_scenario(path, SHIP, OWN, settings=cut(5.0)).targets) == 1
-    monkeypatch.setattr(recording_window, "MOST", 25)
+    assert len(recorded_scenario(path, SHIP, OWN, settings=recording_settings(5.0)).targets) == 1
+    monkeypatch.setattr(recording_window, "MAX_REPORTS", 25)
     with pytest.raises(InputError, match="more than 25 reports of own ship"):
         recorded_scenario(path, SHIP, OWN)
     with pytest.raises(InputError, match="cut it into hours"):
@@ -122,7 +122,7 @@ def test_too_many_reports_are_told_in_one_line(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("kept", [20, 10_000])
 def test_own_ships_of_a_large_file_are_proposed_by_an_hour(tmp_path, monkeypatch, kept):
-    monkeypatch.setattr(recording_window, "KEPT", kept)
+    monkeypatch.setattr(recording_window, "MAX_SINGLE_PASS", kept)
     path = written(tmp_path, *rows())
     with pytest.raises(InputError, match=f"no own ship in it; .* {OWN} \\(29 min, 11 kn, meets 0"):
         recorded_scenario(path, SHIP)
@@ -151,14 +151,14 @@ def test_an_own_ship_that_is_no_mmsi(tmp_path, own):
 def table(ships, count=30, every_s=60.0):
     """Reports of ships (mmsi, latitude, longitude, kn, course), the first positions kept."""
     parts = [
-        Reports(
+        ReportTable(
             1e9 + every_s * np.arange(count),
             np.full(count, mmsi),
             *(np.full(count, float(x)) for x in (lat, lon, kn, course, course)),
         )
         for mmsi, lat, lon, kn, course in ships
     ]
-    return Reports.joined(parts)
+    return ReportTable.concat(parts)
 
 
 @pytest.mark.parametrize("latitude", [0.0, 60.0, -75.0, 85.0])
@@ -168,30 +168,30 @@ def test_an_approach_is_the_same_anywhere_on_the_globe(latitude, longitude):
     north, side = 9 / 60, 0.2 / 60 / np.cos(np.radians(latitude + 4.5 / 60))
     other = (longitude + side + 180) % 360 - 180
     reports = table([(1, latitude, longitude, 10, 0), (2, latitude + north, other, 10, 180)])
-    first = next(instants(reports, 1.0))
-    range_m, tcpa, dcpa = closest(first, first.pairs(50_000.0))
+    first = next(snapshots(reports, 1.0))
+    range_m, tcpa, dcpa = closest_approaches(first, first.pairs(50_000.0))
     assert range_m == pytest.approx(9 * 1852, rel=0.01)
     assert tcpa == pytest.approx(9 / 20 * 3600, rel=0.01)
     assert dcpa == pytest.approx(0.2 * 1852, rel=0.02)
 
 
 def test_places_are_metres():
-    one, other = places(np.array([59.0, 59.0]), np.array([179.99, -179.99]))
+    one, other = ecef(np.array([59.0, 59.0]), np.array([179.99, -179.99]))
     assert np.linalg.norm(one - other) == pytest.approx(1149, rel=0.01)
 
 
 def test_a_hole_of_years_takes_no_time():
     later = table([(2, 0, 0, 5, 0)])
-    holed = Reports.joined([table([(1, 0, 0, 5, 0)]), later.take(np.arange(3))])
+    holed = ReportTable.concat([table([(1, 0, 0, 5, 0)]), later.take(np.arange(3))])
     holed.time_s[30:] += 2e9
-    times = [instant.time_s for instant in instants(holed, 60.0)]
+    times = [instant.time_s for instant in snapshots(holed, 60.0)]
     assert len(times) < 60
     assert times == sorted(times)
-    assert [c.name for c in candidates(holed, {1: Particulars("A")})] == ["A"]
+    assert [c.name for c in own_ship_candidates(holed, {1: StaticData("A")})] == ["A"]
 
 
 def test_candidates_of_a_continent_meet_across_the_date_line():
     ships = [(1, 60.0, 179.99, 10, 0), (2, 60.0, -179.99, 10, 0), (3, -60.0, -179.99, 10, 0),
              (4, 60.0, 0.0, 10, 0)]  # fmt: skip
-    found = {c.mmsi: c.meetings for c in candidates(table(ships), {})}
+    found = {c.mmsi: c.meetings for c in own_ship_candidates(table(ships), {})}
     assert found == {1: 1, 2: 1, 3: 0, 4: 0}

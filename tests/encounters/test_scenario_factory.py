@@ -8,7 +8,7 @@ import pytest
 
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.random_encounters import CONVERGING, PAPER, WIDE, random_scenario
-from glasshelm.encounters.scenario_factory import BUNDLED, cut, scenario_from
+from glasshelm.encounters.scenario_factory import BUNDLED, recording_settings, scenario_from
 from glasshelm.encounters.types import motion_at
 from glasshelm.ship.nomoto import SHIPS
 
@@ -112,17 +112,19 @@ def test_own_ship_and_time_belong_to_recordings():
     with pytest.raises(InputError, match="start time can be chosen only in recorded traffic"):
         scenario_from("random:1", SHIP, at="12:00")
     with pytest.raises(InputError, match="number of minutes can be chosen only in recorded"):
-        scenario_from("random:1", SHIP, settings=cut(5.0))
+        scenario_from("random:1", SHIP, settings=recording_settings(5.0))
 
 
 @pytest.mark.parametrize("minutes", [0.0, -1.0, math.nan, math.inf])
 def test_minutes_are_more_than_none(minutes):
     with pytest.raises(InputError, match="minutes: must be more than 0"):
-        cut(minutes)
+        recording_settings(minutes)
 
 
 def test_a_few_minutes_of_a_recording():
-    whole, part = (scenario_from("new-york", SHIP, settings=cut(m)) for m in (None, 10.0))
+    whole, part = (
+        scenario_from("new-york", SHIP, settings=recording_settings(m)) for m in (None, 10.0)
+    )
     assert 500 < part.duration_s <= 600 < whole.duration_s
     assert part.start == whole.start
     assert 50 < len(part.targets) <= len(whole.targets)

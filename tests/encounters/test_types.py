@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_tracks
 from glasshelm.encounters.types import Track, motion_at, straight_track
 
 motion = jax.jit(motion_at)
@@ -47,7 +47,7 @@ def by_hand(row: TrackColumns, time_s: float):
 @given(st.integers(0, 10_000), st.integers(-300, 1500), st.sampled_from([120.0, np.inf]))
 def test_motion_of_many_legs_against_a_plain_loop(seed, time_s, lasts_s):
     rows = random_rows(np.random.default_rng(seed), lasts_s)
-    now = motion(stack_rows(rows), jnp.asarray(time_s, jnp.float32))
+    now = motion(stack_tracks(rows), jnp.asarray(time_s, jnp.float32))
     for i, row in enumerate(rows):
         expected = by_hand(row, time_s)
         assert bool(now.present[i]) == (expected is not None)
@@ -58,7 +58,7 @@ def test_motion_of_many_legs_against_a_plain_loop(seed, time_s, lasts_s):
 
 
 def test_not_yet_heard_then_there_then_lost():
-    row = TrackColumns.of([100.0, 130.0], [0, 0], [0, 300], [0, 0], [10, 10], lasts_s=60.0)
+    row = TrackColumns.of([100.0, 130.0], [0, 0], [0, 300], [0, 0], [10, 10], leg_duration_s=60.0)
     track = single_track(row)
     expected = {99: None, 100: 0.0, 129: 290.0, 130: 300.0, 189: 890.0, 190: None}
     for time_s, north in expected.items():
@@ -70,14 +70,14 @@ def test_not_yet_heard_then_there_then_lost():
 
 def test_a_gap_between_reports_is_a_gap():
     track = single_track(
-        TrackColumns.of([0.0, 1000.0], [0, 0], [0, 0], [0, 0], [1, 1], lasts_s=360.0)
+        TrackColumns.of([0.0, 1000.0], [0, 0], [0, 0], [0, 0], [1, 1], leg_duration_s=360.0)
     )
     there = [bool(motion_at(track, jnp.asarray(t)).present) for t in (359.0, 361.0, 999.0, 1001.0)]
     assert there == [True, False, False, True]
 
 
 def test_absent_ships_have_finite_places():
-    track = stack_rows(
+    track = stack_tracks(
         [
             TrackColumns.of([50.0], [1], [2], [0], [3], 10.0),
             TrackColumns.of([0], [0], [0], [0], [1]),
@@ -101,7 +101,7 @@ def test_a_straight_track_is_for_ever():
 
 
 def test_no_ships_and_no_slots_axis():
-    empty = stack_rows([])
+    empty = stack_tracks([])
     assert motion_at(empty, jnp.zeros(())).present.shape == (0,)
     one = single_track(TrackColumns.of([0.0, 1.0], [0, 0], [0, 0], [0, 0], [1, 1]))
     assert isinstance(one, Track)
@@ -113,7 +113,7 @@ def test_padding_legs_change_nothing():
     row = random_rows(rng, 200.0)[0]
     long = TrackColumns.of(np.arange(9.0), *np.zeros((4, 9)))
     for time_s in (-250.0, 0.0, 400.0, 2000.0):
-        alone = motion_at(stack_rows([row]), jnp.asarray(time_s))
-        padded = motion_at(stack_rows([row, long]), jnp.asarray(time_s))
+        alone = motion_at(stack_tracks([row]), jnp.asarray(time_s))
+        padded = motion_at(stack_tracks([row, long]), jnp.asarray(time_s))
         for a, b in zip(jax.tree.leaves(alone), jax.tree.leaves(padded), strict=True):
             np.testing.assert_array_equal(a[0], b[0])

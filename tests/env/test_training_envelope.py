@@ -15,8 +15,8 @@ from glasshelm.env.observe import empty_observation, observe, push_frame
 from glasshelm.env.step import targets_at
 from glasshelm.env.training_envelope import (
     TrainingEnvelope,
-    check_numbers,
-    not_numbers,
+    check_observation,
+    invalid_features,
     outside_training,
 )
 from glasshelm.ship.nomoto import KNOT_M_S, SHIPS, ShipState
@@ -106,13 +106,13 @@ def test_nan_is_named_and_refused():
     motion = ships((3000, 5000, 5), (1000, 9000, 5))
     broken = dataclasses.replace(motion, speed_m_s=motion.speed_m_s.at[1].set(jnp.nan))
     observation = push_frame(empty_observation(2), observe(OWN, FAR, broken, broken.present), True)
-    said = not_numbers(observation, ["ALPHA", "BRAVO"])
+    said = invalid_features(observation, ["ALPHA", "BRAVO"])
     assert len(said) == 1
     assert said[0].startswith("BRAVO is seen with no finite vx, vy")
     with pytest.raises(InputError, match="cannot decide: BRAVO"):
-        check_numbers(observation, ["ALPHA", "BRAVO"])
+        check_observation(observation, ["ALPHA", "BRAVO"])
     gone = observe(OWN, FAR, broken, jnp.array([True, False]))
-    assert not_numbers(push_frame(empty_observation(2), gone, True)) == []
+    assert invalid_features(push_frame(empty_observation(2), gone, True)) == []
 
 
 def test_a_nan_waypoint_is_named():
@@ -120,7 +120,7 @@ def test_a_nan_waypoint_is_named():
     observation = push_frame(
         empty_observation(0), observe(OWN, nowhere, ships(), ships().present), True
     )
-    assert not_numbers(observation) == ["the waypoint is seen with no finite dx, dy, bearing"]
+    assert invalid_features(observation) == ["the waypoint is seen with no finite dx, dy, bearing"]
 
 
 def test_a_feature_that_no_ship_can_have_is_named():
@@ -131,8 +131,8 @@ def test_a_feature_that_no_ship_can_have_is_named():
         huge = eqx.tree_at(
             lambda s: s.targets, observation, observation.targets.at[0, 2, 3].set(value)
         )
-        assert not_numbers(huge, ["ALPHA"]) == ["ALPHA is seen with an impossible vx"]
+        assert invalid_features(huge, ["ALPHA"]) == ["ALPHA is seen with an impossible vx"]
     with pytest.raises(InputError, match="the waypoint is seen with an impossible dx"):
-        check_numbers(
+        check_observation(
             eqx.tree_at(lambda s: s.waypoint, observation, observation.waypoint.at[0, 0].set(3e6))
         )

@@ -42,7 +42,7 @@ def test_report_and_tables_and_nothing_sailed_twice(arguments, tmp_path, capsys,
     def never(job):
         raise AssertionError("sailed again")
 
-    monkeypatch.setattr(result_cache, "done", never)
+    monkeypatch.setattr(result_cache, "run_job", never)
     assert main(arguments) == 0
     again = pq.read_table(tmp_path / "out" / "encounters.parquet").to_pydict()
     assert again == table

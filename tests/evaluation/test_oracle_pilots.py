@@ -15,7 +15,7 @@ from glasshelm.evaluation.suites.disturbed_suite import disturbed_suites
 from glasshelm.evaluation.worst_cases import replayed
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.planning.cross_entropy_search import SearchSettings, as_sailed
+from glasshelm.planning.cross_entropy_search import SearchSettings, rollout
 from glasshelm.ship.nomoto import SHIPS
 
 SEER = Clairvoyant(SHIP, "seer", (StraightPilot(),), SearchSettings(8, 16, 4, 6))
@@ -43,7 +43,7 @@ def test_what_a_seer_is_told_is_all_that_decides_the_voyage():
     real = sail(helm_for(weaving, cases), cases, 240)
     known = weaving.known
     assert float(jnp.abs(known.current_m_s.x).min()) > 0
-    imagined = jax.jit(jax.vmap(lambda k, r: as_sailed(k, r * k.ship.rudder_limit_rad)))(
+    imagined = jax.jit(jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad)))(
         known, weaving.rudders
     )
     np.testing.assert_allclose(imagined.margin, real.margin[:, 1], atol=2e-3)
@@ -53,7 +53,7 @@ def test_what_a_seer_is_told_is_all_that_decides_the_voyage():
         dataclasses.replace(known, current_m_s=jax.tree.map(jnp.zeros_like, known.current_m_s)),
         dataclasses.replace(known, steps=known.steps // 2),
     ):
-        other = jax.vmap(lambda k, r: as_sailed(k, r * k.ship.rudder_limit_rad))(
+        other = jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))(
             without, weaving.rudders
         )
         assert (np.abs(other.range_m - real.range_m[:, 1]) > 10.0).any()

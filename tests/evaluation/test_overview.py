@@ -1,6 +1,7 @@
 """A line a suite, a column a pilot: the rates are those of the columns."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -11,14 +12,18 @@ from glasshelm.evaluation.overview import overview
 from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.ship.nomoto import SHIPS
 
-SUITE = random_suite(SHIPS["paper"], 8)
 PILOTS = contenders_named(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
+
+
+@functools.cache
+def suite():
+    return random_suite(SHIPS["paper"], 8)
 
 
 def sailed(name: str, pilot: int, hits: int) -> Sailed:
     rows = np.arange(8) < hits
     columns = {"collided": rows, "intruded": rows, "within_half_nm": rows, "ships": np.ones(8)}
-    return Sailed(dataclasses.replace(SUITE, name=name), PILOTS[pilot], 0, columns, {})
+    return Sailed(dataclasses.replace(suite(), name=name), PILOTS[pilot], 0, columns, {})
 
 
 def of(*voyages: Sailed) -> str:

@@ -53,7 +53,7 @@ def test_finished_chunks_are_not_sailed_again_and_results_are_the_same_to_the_bi
     del begun  # interrupted in the middle of the third
     assert len(list(tmp_path.glob("*.npz"))) == 2
     sailed = []
-    monkeypatch.setattr(jobs_module, "done", lambda job: sailed.append(job) or run_job(job))
+    monkeypatch.setattr(jobs_module, "run_job", lambda job: sailed.append(job) or run_job(job))
     resumed = gather(SUITE, STRAIGHT, 0, list(all_done(jobs(), kept, here)))
     assert len(sailed) == 1
     afresh = gather(SUITE, STRAIGHT, 0, [(job, run_job(job)) for job in reversed(jobs())])

@@ -10,7 +10,7 @@ from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, SPEED, cases, encounter
 from glasshelm.colregs.classification import Kind
 from glasshelm.evaluation.rollout import retrace, sail
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.training.validation import sail_set
+from glasshelm.training.validation import Memoryless, rollout
 
 
 class Weaves(eqx.Module):
@@ -112,11 +112,11 @@ def test_a_case_ends_at_its_own_step():
 
 
 def test_the_same_as_the_measures_of_training():
-    """learning.evaluate sails the same pilot to the same margins, ranges and returns."""
+    """training.validation simulates the same pilot to the same margins, ranges and returns."""
     batch = cases(*CASES, steps=STEPS)
     found = jax.device_get(sail(BatchedPilot(Sees()), batch, STEPS))
     encounters = jax.tree.map(jnp.asarray, batch.encounter)
-    theirs = jax.device_get(sail_set(SeesTogether(), encounters, SHIP, 240, STEPS))
+    theirs = jax.device_get(rollout(Memoryless(SeesTogether()), encounters, SHIP, 240, STEPS))
     np.testing.assert_allclose(found.range_m.T, theirs.range_m, rtol=1e-3)
     np.testing.assert_allclose(found.margin.T, theirs.margin, atol=1e-3)
     np.testing.assert_allclose(found.return_by_task, theirs.return_by_task, atol=1e-2)

@@ -10,7 +10,7 @@ import pytest
 from tests.evaluation.cases import HEAD_ON, SHIP, SPEED, encounter
 
 from glasshelm.ais import reading
-from glasshelm.ais.table import Reports
+from glasshelm.ais.table import ReportTable
 from glasshelm.core.errors import InputError
 from glasshelm.encounters import recording_window
 from glasshelm.encounters.types import motion_at
@@ -85,7 +85,7 @@ def reports(tracks):
             run = knots * time / 3600 / 60 * np.cos(np.radians(course))
             rows.append((time, mmsi, 40.0 + north + run, -74.0, knots, course, course))
     t, m, *rest = np.array(rows).T
-    return Reports(t, m.astype(np.int64), *rest)
+    return ReportTable(t, m.astype(np.int64), *rest)
 
 
 def test_windows_begin_where_a_ship_closes_another():
@@ -116,7 +116,7 @@ def placed(latitude, longitude, first=111000001):
         for t in np.arange(0.0, 2401.0, 30.0)
     ]
     t, mmsi, lat, lon, *rest = np.array(rows).T
-    return Reports(t, mmsi.astype(np.int64), lat, (lon + 180) % 360 - 180, *rest)
+    return ReportTable(t, mmsi.astype(np.int64), lat, (lon + 180) % 360 - 180, *rest)
 
 
 @pytest.mark.parametrize("latitude", [0.0, 58.3, -60.0, 84.0])
@@ -134,7 +134,7 @@ def test_windows_are_the_same_alone_and_in_the_file_of_a_continent(latitude, lon
     assert [w.mmsi for w in found] == [111000001, 111000002]
     assert [w.closing for w in found] == [(111000002,), (111000001,)]
     assert found[0].begins_s == pytest.approx(1.6e9 + 900, abs=60)
-    national = windows(Reports.joined([early, *others, alone]))
+    national = windows(ReportTable.concat([early, *others, alone]))
     assert [w for w in national if w.mmsi < 200000000] == found
     assert len(national) == 2 * 6
 
@@ -143,7 +143,7 @@ def test_a_row_of_another_year_makes_no_work_and_no_other_window():
     alone = placed(58.3, -152.0)
     stray = alone.take(np.array([0]))
     stray = dataclasses.replace(stray, time_s=stray.time_s - 8e8)
-    assert windows(Reports.joined([stray, alone])) == windows(alone)
+    assert windows(ReportTable.concat([stray, alone])) == windows(alone)
 
 
 def as_csv(path, reports):
@@ -155,9 +155,9 @@ def as_csv(path, reports):
 def test_a_recording_is_read_once(tmp_path, monkeypatch):
     path = as_csv(tmp_path / "strait.csv", placed(58.3, 179.99, 211000001))
     opened = []
-    real = reading.recordings
+    real = reading.iter_recording
     monkeypatch.setattr(
-        recording_window, "recordings", lambda *given: opened.append(given) or real(*given)
+        recording_window, "iter_recording", lambda *given: opened.append(given) or real(*given)
     )
     (suite,) = suites_named([f"recorded:{path}"], SHIP)
     assert suite.size == 2

@@ -10,18 +10,22 @@ from tests.untrained import observation, untrained
 from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 from glasshelm.env.padding import bucket_size, pad_observation
 from glasshelm.explain.danger_zero import RANGE_M, far_ship, far_value
-from glasshelm.explain.shapley import SMALL, exact_shapley, ship_shares, value_function
+from glasshelm.explain.shapley import (
+    MAX_PADDED_EXACT,
+    exact_shapley,
+    shapley_by_ship,
+    value_function,
+)
 from glasshelm.explain.step_explanation import cut, explain
 from glasshelm.pilots.learned import decide
 
-PILOTS = {kind: untrained(kind) for kind in ("sum", "attention")}
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
 jitted = eqx.filter_jit(explain)
 critic_at = eqx.filter_jit(lambda critic, seen, action: critic(seen, action))
 
 
 def at(kind: str, seen: Observation, action: float = 0.3):
-    pilot = PILOTS[kind]
+    pilot = untrained(kind)
     return jitted(pilot.actor, pilot.critic, seen, jnp.asarray(action, jnp.float32))
 
 
@@ -35,7 +39,7 @@ def permuted(seen: Observation, order: np.ndarray) -> Observation:
 def test_parts_sum_to_the_critics_own_total(kind, ships):
     seen = observation(ships)
     why = at(kind, seen)
-    total = critic_at(PILOTS[kind].critic, seen, jnp.asarray(0.3)).total
+    total = critic_at(untrained(kind).critic, seen, jnp.asarray(0.3)).total
     np.testing.assert_allclose(why.value.waypoint + why.value.by_ship.sum(), total, **CLOSE)
     np.testing.assert_allclose(why.value.total, total, **CLOSE)
 
@@ -43,7 +47,7 @@ def test_parts_sum_to_the_critics_own_total(kind, ships):
 @given(action=st.floats(-1, 1, width=32), seed=st.integers(0, 5))
 def test_priority_is_the_gain_over_rudder_amidships(action, seed):
     seen = observation(4, seed)
-    critic = PILOTS["sum"].critic
+    critic = untrained("sum").critic
     why = at("sum", seen, action)
     there, straight = (critic_at(critic, seen, jnp.asarray(a, jnp.float32)) for a in (action, 0.0))
     np.testing.assert_allclose(why.priority.by_ship, there.by_ship - straight.by_ship, **CLOSE)
@@ -124,15 +128,15 @@ def test_sweep_agrees_with_the_critic_rudder_by_rudder():
     assert why.sweep.action[-1] == 1
     assert np.abs(why.sweep.action).min() < 1e-7
     for k in (0, 4, 20):
-        alone = PILOTS["sum"].critic(seen, jnp.asarray(why.sweep.action[k]))
+        alone = untrained("sum").critic(seen, jnp.asarray(why.sweep.action[k]))
         np.testing.assert_allclose(why.sweep.value.by_ship[k], alone.by_ship, **CLOSE)
         np.testing.assert_allclose(why.sweep.value.waypoint[k], alone.waypoint, **CLOSE)
 
 
 def test_compiled_equals_eager():
     seen = observation(4)
-    eager = decide(PILOTS["attention"], seen)
-    compiled = PILOTS["attention"].decide(seen)
+    eager = decide(untrained("attention"), seen)
+    compiled = untrained("attention").decide(seen)
     for a, b in zip(jax.tree.leaves(eager), jax.tree.leaves(compiled), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
 
@@ -147,7 +151,7 @@ def test_the_far_ship_is_far_and_opening():
 
 
 def test_far_value_is_the_collision_heads_own():
-    critic = PILOTS["sum"].critic
+    critic = untrained("sum").critic
     action = jnp.asarray(0.4)
     expected = critic(far_ship(), action).by_ship[0]
     np.testing.assert_allclose(far_value(critic, action), expected)
@@ -166,12 +170,12 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
     seen = jax.tree.map(jnp.asarray, pad_observation(observation(ships), slots))
     pilot = untrained(kind)
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
-    exact = ship_shares("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
+    exact = shapley_by_ship("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
     np.testing.assert_allclose(why.moves.by_ship[:ships], exact.by_ship, atol=1e-5)
     np.testing.assert_allclose(why.moves.pairs[:ships, :ships], exact.pairs, atol=1e-5)
     np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)
     assert not np.any(why.moves.error)
-    assert np.isfinite(why.worth.all) == (ships <= SMALL)
+    assert np.isfinite(why.worth.all) == (ships <= MAX_PADDED_EXACT)
 
 
 def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
@@ -189,4 +193,4 @@ def test_what_one_ship_changes_is_the_rudder_without_her():
     for i in range(4):
         others = eqx.tree_at(lambda o: o.present, seen, seen.present.at[i].set(False))
         changed = pilot.actor(seen) - pilot.actor(others)
-        np.testing.assert_allclose(why.left_out[i], changed, atol=1e-6)
+        np.testing.assert_allclose(why.leave_one_out[i], changed, atol=1e-6)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kendalltau, spearmanr
 
-from glasshelm.explain.coalitions import coalitions, shapley_values
+from glasshelm.explain.coalitions import coalitions, exact_from_worths
 from glasshelm.faithfulness.metrics import kendall_tau, scores
 from glasshelm.faithfulness.sanity_checks import spearman
 
@@ -89,6 +89,6 @@ def test_rank_correlations_are_those_of_scipy():
 
 def test_the_shapley_value_itself_is_imperfect_where_ships_work_together():
     worth = rough(7)
-    found = scores(shapley_values(worth).by_ship, worth, True)
+    found = scores(exact_from_worths(worth).by_ship, worth, True)
     assert 0.0 < float(found.infidelity) < 1.0
     assert jax.tree.all(jax.tree.map(lambda x: bool(jnp.isfinite(x)), found))

@@ -26,7 +26,7 @@ async def pictured(feed):
     async def take():
         async with contextlib.aclosing(feed.reports()) as reports:
             async for report in reports:
-                picture.take(report)
+                picture.update(report)
 
     async with running(take()):
         yield picture

@@ -17,9 +17,9 @@ from benchmarks.feeds_fuzz import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glasshelm.ais.nmea import NmeaReader
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.reports import Counts, RejectReason, Report
-from glasshelm.ais.signalk_deltas import DeltaReader
+from glasshelm.ais.signalk_deltas import DeltaDecoder
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.ship.nomoto import SHIPS
 
@@ -35,24 +35,24 @@ COUNT = 3000
 )
 def test_mangled_traffic_is_counted_each_one(trial, given_):
     counts, picture = trial(list(given_(random.Random(7))))
-    assert counts.heard == COUNT
-    assert counts.heard == counts.understood + sum(counts.refused.values())
-    assert counts.understood > COUNT / 4
-    assert sum(n > 0 for n in counts.refused.values()) >= 4
+    assert counts.received == COUNT
+    assert counts.received == counts.accepted + sum(counts.rejected.values())
+    assert counts.accepted > COUNT / 4
+    assert sum(n > 0 for n in counts.rejected.values()) >= 4
     reports = picture.counts
-    assert reports.heard == reports.understood + sum(reports.refused.values())
+    assert reports.received == reports.accepted + sum(reports.rejected.values())
     assert len(picture) > 20
 
 
 @given(st.lists(st.binary(max_size=100).filter(lambda b: b.strip()), max_size=5))
 def test_any_bytes_as_lines(given_):
     counts = Counts()
-    reader = NmeaReader(counts, live=True)
+    reader = NmeaDecoder(counts, live=True)
     for line in given_:
-        reader.line(line)
-    reader.end()
-    assert counts.heard == len(given_)
-    assert counts.waiting == 0
+        reader.decode_line(line)
+    reader.close()
+    assert counts.received == len(given_)
+    assert counts.pending == 0
 
 
 json_ = st.recursive(
@@ -87,11 +87,11 @@ paths = st.sampled_from(
 def test_any_tree_as_signal_k(tree):
     counts = Counts()
     picture = TrafficPicture()
-    for report in DeltaReader(counts).message(json.dumps(tree)):
-        picture.take(report)
-    assert counts.heard == 1
-    assert counts.waiting == 0
-    assert picture.counts.waiting == 0
+    for report in DeltaDecoder(counts).decode(json.dumps(tree)):
+        picture.update(report)
+    assert counts.received == 1
+    assert counts.pending == 0
+    assert picture.counts.pending == 0
 
 
 number = st.none() | st.floats() | st.floats(-7, 7)
@@ -113,10 +113,10 @@ degrees = st.none() | st.floats() | st.floats(-180, 180)
             rudder_rad=number,
             length_m=number,
             name=st.none() | st.text(max_size=100),
-            own=st.booleans(),
-            formerly=st.sampled_from([None, "1", "2", "own"]),
+            is_own=st.booleans(),
+            previous_id=st.sampled_from([None, "1", "2", "own"]),
             route_ended=st.booleans(),
-            ended=st.just(()) | st.just(("course_rad", "speed_m_s", "heading_rad", "x")),
+            cleared=st.just(()) | st.just(("course_rad", "speed_m_s", "heading_rad", "x")),
         ),
         max_size=6,
     ),
@@ -125,10 +125,10 @@ degrees = st.none() | st.floats() | st.floats(-180, 180)
 def test_any_reports_make_a_picture(reports, now):
     picture = TrafficPicture(slots=4)
     for report in reports:
-        assert isinstance(picture.take(report), RejectReason | None)
-    assert picture.counts.heard == len(reports)
-    assert picture.counts.waiting == 0
-    assert "\n" not in picture.state(now)
-    for when in (now, picture.heard):
+        assert isinstance(picture.update(report), RejectReason | None)
+    assert picture.counts.received == len(reports)
+    assert picture.counts.pending == 0
+    assert "\n" not in picture.status(now)
+    for when in (now, picture.latest_time):
         if when is not None:
             picture.scenario(when, SHIPS["paper"])

@@ -14,12 +14,12 @@ from tests.bridge.process import free_port
 from tests.clock import now_s, run
 from tests.feeds.live import pictured, shown, until
 
-from glasshelm.ais.nmea_sentence import LONGEST_LINE, checksum_of
+from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES, nmea_checksum
 from glasshelm.ais.reports import RejectReason
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
-from glasshelm.feeds.feed_factory import feed_from
-from glasshelm.feeds.nmea_transport import MOST_BYTES, MOST_DATAGRAMS, FileFeed
+from glasshelm.feeds.connection import Backoff
+from glasshelm.feeds.feed_factory import create_feed
+from glasshelm.feeds.nmea_transport import MAX_DATAGRAMS, MAX_QUEUED_BYTES, FileFeed
 
 ECHO = "230035780"
 POSITION = {"type": 1, "lat": 59.5, "lon": 24.5, "speed": 10.0, "course": 45.0, "heading": 44}
@@ -64,19 +64,19 @@ async def nmea_server(port, lines, cut_at=None):
 def test_traffic_over_tcp(traffic):
     async def watch():
         port = free_port()
-        feed = feed_from(f"tcp://127.0.0.1:{port}")
+        feed = create_feed(f"tcp://127.0.0.1:{port}")
         async with nmea_server(port, traffic), pictured(feed) as picture:
-            await until(lambda: feed.counts.heard == len(traffic))
-            return feed, picture, shown(picture, picture.heard)
+            await until(lambda: feed.counts.received == len(traffic))
+            return feed, picture, shown(picture, picture.latest_time)
 
     feed, picture, targets = asyncio.run(watch())
     assert len(targets) == 94
     assert ECHO not in targets
     assert targets["276780000"].name == "SHIP 276780000"
     assert targets["276780000"].length_m == 150.0
-    assert picture.heard.year == 2014
-    assert feed.counts.waiting == 0
-    assert feed.counts.understood > 0.99 * feed.counts.heard
+    assert picture.latest_time.year == 2014
+    assert feed.counts.pending == 0
+    assert feed.counts.accepted > 0.99 * feed.counts.received
     assert not feed.connected
 
 
@@ -86,18 +86,18 @@ def test_a_tcp_server_may_come_late_hang_up_and_come_again(traffic, monkeypatch)
 
     async def watch():
         port = free_port()
-        feed = feed_from(f"tcp://127.0.0.1:{port}")
+        feed = create_feed(f"tcp://127.0.0.1:{port}")
         async with pictured(feed) as picture:
-            await until(lambda: feed.trouble)
-            early = feed.trouble
+            await until(lambda: feed.last_error)
+            early = feed.last_error
             async with nmea_server(port, lines):
-                await until(lambda: feed.counts.heard == 500)
+                await until(lambda: feed.counts.received == 500)
                 assert feed.connected
-                assert feed.trouble is None
+                assert feed.last_error is None
             await until(lambda: not feed.connected)
-            late = feed.trouble
+            late = feed.last_error
             async with nmea_server(port, lines):
-                await until(lambda: feed.counts.heard == 1000)
+                await until(lambda: feed.counts.received == 1000)
                 assert feed.connected
         return picture, early, late
 
@@ -105,7 +105,9 @@ def test_a_tcp_server_may_come_late_hang_up_and_come_again(traffic, monkeypatch)
     assert "Connect" in early or "refused" in early
     assert "closed the connection" in late or "reset" in late
     # The second time tells nothing new: every position is a repeat or older.
-    assert picture.counts.heard == picture.counts.understood + sum(picture.counts.refused.values())
+    assert picture.counts.received == picture.counts.accepted + sum(
+        picture.counts.rejected.values()
+    )
 
 
 def test_what_is_cut_off_by_a_broken_connection_is_counted(traffic):
@@ -113,37 +115,37 @@ def test_what_is_cut_off_by_a_broken_connection_is_counted(traffic):
 
     async def watch():
         port = free_port()
-        feed = feed_from(f"tcp://127.0.0.1:{port}")
+        feed = create_feed(f"tcp://127.0.0.1:{port}")
         cut = len(part[0]) + 2 + len(part[1]) // 2
         async with nmea_server(port, part, cut_at=cut), pictured(feed):
-            await until(lambda: feed.counts.heard == 2 and not feed.connected)
+            await until(lambda: feed.counts.received == 2 and not feed.connected)
         return feed.counts
 
     counts = asyncio.run(watch())
-    assert counts.waiting == 0
-    assert counts.refused[RejectReason.PART_MISSING] == 1
-    assert counts.understood == 0
+    assert counts.pending == 0
+    assert counts.rejected[RejectReason.INCOMPLETE] == 1
+    assert counts.accepted == 0
 
 
 def test_a_line_without_end_is_refused_and_takes_no_memory(traffic):
-    lines = [traffic[0], b"$" + b"A" * 300 * LONGEST_LINE, traffic[3]]
+    lines = [traffic[0], b"$" + b"A" * 300 * MAX_SENTENCE_BYTES, traffic[3]]
 
     async def watch():
         port = free_port()
-        feed = feed_from(f"tcp://127.0.0.1:{port}")
+        feed = create_feed(f"tcp://127.0.0.1:{port}")
         async with nmea_server(port, lines), pictured(feed):
-            await until(lambda: feed.counts.understood == 2)
+            await until(lambda: feed.counts.accepted == 2)
         return feed.counts
 
     counts = asyncio.run(watch())
-    assert counts.heard == 3
-    assert counts.refused[RejectReason.TOO_LONG] == 1
+    assert counts.received == 3
+    assert counts.rejected[RejectReason.TOO_LONG] == 1
 
 
 def test_traffic_over_udp(traffic):
     async def watch():
         port = free_udp_port()
-        feed = feed_from(f"udp://127.0.0.1:{port}")
+        feed = create_feed(f"udp://127.0.0.1:{port}")
         async with pictured(feed) as picture:
             await until(lambda: feed.connected)
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
@@ -151,23 +153,23 @@ def test_traffic_over_udp(traffic):
                     datagram = b"\r\n".join(traffic[start : start + 9])
                     sender.sendto(datagram, ("127.0.0.1", port))
                     if start % 90 == 81:  # before the system has too many to keep them all
-                        await until(lambda sent=start + 9: feed.counts.heard == sent)
-            return feed, shown(picture, picture.heard)
+                        await until(lambda sent=start + 9: feed.counts.received == sent)
+            return feed, shown(picture, picture.latest_time)
 
     feed, targets = asyncio.run(watch())
     assert len(targets) > 10
-    assert feed.counts.waiting == 0
+    assert feed.counts.pending == 0
 
 
 @pytest.mark.parametrize("padding", [0, 10_000])
 def test_datagrams_that_come_faster_than_read_are_counted(padding):
     """Too many, or too long ones together."""
     datagram = b"!x\r\n!y\r\n" + b"\n" * padding
-    most = min(MOST_DATAGRAMS, MOST_BYTES // len(datagram))
+    most = min(MAX_DATAGRAMS, MAX_QUEUED_BYTES // len(datagram))
 
     async def flood():
         port = free_udp_port()
-        feed = feed_from(f"udp://127.0.0.1:{port}")
+        feed = create_feed(f"udp://127.0.0.1:{port}")
         reports = feed.reports()
         first = asyncio.create_task(anext(reports))
         await until(lambda: feed.connected)
@@ -175,23 +177,23 @@ def test_datagrams_that_come_faster_than_read_are_counted(padding):
         transport = next(t for t in loop._transports.values() if hasattr(t, "_protocol"))
         for _ in range(most + 10):
             transport._protocol.datagram_received(datagram, None)
-        await until(lambda: feed.counts.heard == 2 * (most + 10))
+        await until(lambda: feed.counts.received == 2 * (most + 10))
         first.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await first
         return feed.counts
 
     counts = asyncio.run(flood())
-    assert counts.heard == 2 * (most + 10)
-    assert counts.refused[RejectReason.OVERRUN] == 20
-    assert counts.waiting == 0
+    assert counts.received == 2 * (most + 10)
+    assert counts.rejected[RejectReason.OVERRUN] == 20
+    assert counts.pending == 0
 
 
 def test_a_port_in_use_is_told_in_one_line():
     async def listen():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
             taken.bind(("127.0.0.1", 0))
-            feed = feed_from(f"udp://127.0.0.1:{taken.getsockname()[1]}")
+            feed = create_feed(f"udp://127.0.0.1:{taken.getsockname()[1]}")
             await anext(feed.reports())
 
     with pytest.raises(InputError, match=r"cannot listen: .*in use"):
@@ -205,14 +207,14 @@ def test_a_file(tmp_path, traffic, name):
     path.write_bytes(gzip.compress(data) if name.endswith("gz") else data)
 
     async def play():
-        feed = feed_from(str(path))
+        feed = create_feed(str(path))
         assert isinstance(feed, FileFeed)
         feed.pace = math.inf
         return feed, [report async for report in feed.reports()]
 
     feed, reports = asyncio.run(play())
-    assert feed.counts.heard == len(traffic)
-    assert feed.counts.waiting == 0
+    assert feed.counts.received == len(traffic)
+    assert feed.counts.pending == 0
     assert (reports[-1].time - reports[0].time).total_seconds() == pytest.approx(600, abs=2)
 
 
@@ -292,7 +294,7 @@ def test_a_station_with_its_zone_in_the_time_moves_nothing(
     for k in range(ships):
         message = POSITION | {"mmsi": 257_300_000 + k}
         for part in encode_dict(message, talker_id="AI", sentence_type="VDM"):
-            wrong.append(b"\\%b*%02X\\%b" % (tag, checksum_of(tag), part.encode()))
+            wrong.append(b"\\%b*%02X\\%b" % (tag, nmea_checksum(tag), part.encode()))
     path = tmp_path / "station.nmea"
     path.write_bytes(b"\n".join(lines[:200] + wrong + lines[200:]))
 
@@ -303,15 +305,15 @@ def test_a_station_with_its_zone_in_the_time_moves_nothing(
 
     feed, reports = asyncio.run(play())
     assert len(reports) == len(lines)
-    assert feed.counts.refused[RejectReason.TIME_JUMP] == len(wrong)
-    assert named in feed.counts.sentence()
+    assert feed.counts.rejected[RejectReason.TIME_JUMP] == len(wrong)
+    assert named in feed.counts.summary()
 
 
 def heard_of(path):
     """The feed of a file, and how many reports it gave."""
 
     async def play():
-        feed = feed_from(str(path))
+        feed = create_feed(str(path))
         feed.pace = math.inf
         return feed, len([report async for report in feed.reports()])
 
@@ -323,7 +325,7 @@ def test_a_damaged_file_is_played_as_far_as_it_goes(tmp_path, traffic):
     path.write_bytes(gzip.compress(b"\n".join(traffic))[:2000])
     feed, reports = heard_of(path)
     assert reports > 10
-    assert "cut off or damaged" in feed.trouble
+    assert "cut off or damaged" in feed.last_error
 
 
 def test_a_file_that_cannot_be_played_is_told_in_one_line(tmp_path):
@@ -379,11 +381,11 @@ def test_waits_grow_and_success_sets_them_back(monkeypatch):
 )
 def test_no_such_feed(text, message):
     with pytest.raises(InputError, match=message) as caught:
-        feed_from(text)
+        create_feed(text)
     assert "\n" not in str(caught.value)
 
 
 def test_own_must_be_an_mmsi():
     with pytest.raises(InputError, match="must be an MMSI"):
-        feed_from("tcp://localhost:10110", own="me")
-    assert feed_from("tcp://[::1]:10110", own="211000001").title.startswith("NMEA 0183 from ::1")
+        create_feed("tcp://localhost:10110", own="me")
+    assert create_feed("tcp://[::1]:10110", own="211000001").title.startswith("NMEA 0183 from ::1")

@@ -11,11 +11,17 @@ from tests.feeds.live import pictured, running, shown, until
 from websockets.asyncio.server import serve
 
 from glasshelm.ais.reports import RejectReason
-from glasshelm.ais.signalk_deltas import LONGEST_MESSAGE
+from glasshelm.ais.signalk_deltas import MAX_MESSAGE_BYTES
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
-from glasshelm.feeds.feed_factory import feed_from, signalk_server
-from glasshelm.live.signalk_writer import CLOSEST, RUDDER, SELF, SignalKWriter, said_of
+from glasshelm.feeds.connection import Backoff
+from glasshelm.feeds.feed_factory import create_feed, signalk_server
+from glasshelm.live.signalk_writer import (
+    CLOSEST_APPROACH,
+    RUDDER,
+    SELF,
+    SignalKWriter,
+    signalk_values,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -45,38 +51,38 @@ def test_traffic_and_a_server_that_comes_again():
 
     async def watch():
         async with server(0, *messages) as (port, _, asked):
-            feed = feed_from(f"signalk://127.0.0.1:{port}", token="secret")
+            feed = create_feed(f"signalk://127.0.0.1:{port}", token="secret")
             reports = pictured(feed)
             picture = await reports.__aenter__()
-            await until(lambda: feed.counts.heard == 600 and feed.connected)
-            targets = shown(picture, picture.heard)
+            await until(lambda: feed.counts.received == 600 and feed.connected)
+            targets = shown(picture, picture.latest_time)
         await until(lambda: not feed.connected)
-        trouble = feed.trouble
+        trouble = feed.last_error
         async with server(port, *messages):
-            await until(lambda: feed.counts.heard == 1200)
+            await until(lambda: feed.counts.received == 1200)
         await reports.__aexit__(None, None, None)
         return feed, targets, trouble, asked[0]
 
     feed, targets, trouble, request = asyncio.run(watch())
     assert len(targets) > 30
     assert trouble.endswith("the server closed the connection")
-    assert feed.counts.waiting == 0
+    assert feed.counts.pending == 0
     assert request.path == "/signalk/v1/stream?subscribe=all"
     assert request.headers["Authorization"] == "Bearer secret"
 
 
 def test_a_message_too_long_is_counted_and_the_feed_goes_on():
     async def watch():
-        big = "x" * (LONGEST_MESSAGE + 1)
+        big = "x" * (MAX_MESSAGE_BYTES + 1)
         async with server(0, json.dumps({"self": "vessels.x"}), big) as (port, _, asked):
-            feed = feed_from(f"signalk://127.0.0.1:{port}")
+            feed = create_feed(f"signalk://127.0.0.1:{port}")
             async with pictured(feed):
-                await until(lambda: len(asked) >= 2 and feed.counts.heard >= 4)
+                await until(lambda: len(asked) >= 2 and feed.counts.received >= 4)
         return feed.counts
 
     counts = asyncio.run(watch())
-    assert counts.refused[RejectReason.TOO_LONG] >= 2
-    assert counts.waiting == 0
+    assert counts.rejected[RejectReason.TOO_LONG] >= 2
+    assert counts.pending == 0
 
 
 @pytest.mark.parametrize("kind", ["signalk", "tcp"])
@@ -95,9 +101,9 @@ def test_a_message_that_comes_with_the_cancellation_does_not_take_it_back(kind):
 
     async def cancelled() -> bool:
         line = Line()
-        feed = feed_from(f"{kind}://127.0.0.1:1")
-        hear = feed._message if kind == "signalk" else feed._piece
-        hearing = asyncio.create_task(hear(line))
+        feed = create_feed(f"{kind}://127.0.0.1:1")
+        connection = line if kind == "signalk" else (line, None)
+        hearing = asyncio.create_task(feed._receive_within_limit(connection))
         await asyncio.sleep(0.01)
         line.says.set_result(b"{}")
         hearing.cancel()
@@ -116,10 +122,10 @@ def test_somebody_else_at_the_port_is_told_in_one_line():
 
         other = await asyncio.start_server(talk, "127.0.0.1", 0)
         async with other:
-            feed = feed_from(f"signalk://127.0.0.1:{other.sockets[0].getsockname()[1]}")
+            feed = create_feed(f"signalk://127.0.0.1:{other.sockets[0].getsockname()[1]}")
             async with pictured(feed):
-                await until(lambda: feed.trouble)
-        return feed.trouble
+                await until(lambda: feed.last_error)
+        return feed.last_error
 
     trouble = asyncio.run(watch())
     assert trouble.endswith("refused with HTTP status 404")
@@ -137,17 +143,17 @@ def test_only_what_changed_is_written_and_a_new_connection_gets_all():
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
             task = running(writer.run())
             await task.__aenter__()
-            writer.tell(frame, [alarm])
+            writer.publish(frame, [alarm])
             await until(lambda: len(got) == 3)
             first = paths(got)
-            writer.tell(frame_of(0.05), [])
+            writer.publish(frame_of(0.05), [])
             await until(lambda: len(got) == 6)
             second = paths(got[3:])
         await until(lambda: not writer.connected)
-        writer.tell(frame, [])
-        writer.tell(frame, [])
+        writer.publish(frame, [])
+        writer.publish(frame, [])
         async with server(port) as (_, again, _):
-            await until(lambda: writer.written == 3)
+            await until(lambda: writer.n_written == 3)
             await until(lambda: len(again) == 3)
             await task.__aexit__(None, None, None)
             await until(lambda: len(again) == 6)
@@ -157,12 +163,21 @@ def test_only_what_changed_is_written_and_a_new_connection_gets_all():
     first, second, again, withdrawn, request, writer = asyncio.run(write())
     one, other = "vessels.urn:mrn:imo:mmsi:000000001", "vessels.urn:x"
     notice = "notifications.navigation.closestApproach.1"
-    assert first == [(SELF, RUDDER), (SELF, notice), (one, CLOSEST), (other, CLOSEST)]
-    assert sorted(second) == sorted([(SELF, notice), (one, CLOSEST), (other, CLOSEST)])
-    assert sorted(again) == sorted([(SELF, RUDDER), (one, CLOSEST), (other, CLOSEST)])
-    assert withdrawn == {RUDDER: None, CLOSEST: None}
+    assert first == [
+        (SELF, RUDDER),
+        (SELF, notice),
+        (one, CLOSEST_APPROACH),
+        (other, CLOSEST_APPROACH),
+    ]
+    assert sorted(second) == sorted(
+        [(SELF, notice), (one, CLOSEST_APPROACH), (other, CLOSEST_APPROACH)]
+    )
+    assert sorted(again) == sorted(
+        [(SELF, RUDDER), (one, CLOSEST_APPROACH), (other, CLOSEST_APPROACH)]
+    )
+    assert withdrawn == {RUDDER: None, CLOSEST_APPROACH: None}
     assert request.path == "/signalk/v1/stream?subscribe=none"
-    assert writer.told == 4
+    assert writer.n_published == 4
 
 
 def test_who_falls_silent_leaves_nothing_standing():
@@ -171,21 +186,21 @@ def test_who_falls_silent_leaves_nothing_standing():
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
             async with running(writer.run()):
                 alarm = Alarm("1", "A", "unacknowledged", "CPA 0.05 NM in 1:00")
-                writer.tell(frame_of(0.05, [target_of("1", 100.0, 60.0)]), [alarm])
+                writer.publish(frame_of(0.05, [target_of("1", 100.0, 60.0)]), [alarm])
                 await until(lambda: len(got) == 2)
-                writer.fall_silent()
+                writer.withdraw()
                 await until(lambda: len(got) == 4)
                 return {v["path"]: v["value"] for d in got[2:] for v in d["updates"][0]["values"]}
 
     values = asyncio.run(write())
     assert values.pop(RUDDER) is None
-    assert values.pop(CLOSEST) is None
+    assert values.pop(CLOSEST_APPROACH) is None
     assert [notice["state"] for notice in values.values()] == ["normal"]
 
 
 def test_a_lost_ship_and_one_already_passed_have_no_closest_approach():
     frame = frame_of(None, [target_of("1", 100.0, 60.0, lost=True), target_of("2", 100.0, -1.0)])
-    assert said_of(frame, []) == {}
+    assert signalk_values(frame, []) == {}
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from tests.feeds.live import SHIP, pictured, running, shown, until
 from tests.feeds.signalk_server import SignalKServer, why_not
 from tests.missing import missing
 
-from glasshelm.feeds.feed_factory import feed_from, signalk_server
+from glasshelm.feeds.feed_factory import create_feed, signalk_server
 from glasshelm.live.signalk_writer import SignalKWriter
 
 #: AIS number under which the sample's own ship hears herself.
@@ -33,17 +33,17 @@ def server(tmp_path_factory):
 
 def test_targets_appear_and_come_back_after_a_restart(server):
     async def watch():
-        feed = feed_from(server.address)
+        feed = create_feed(server.address)
         async with pictured(feed) as picture:
             await until(lambda: len(shown(picture)) >= 20 and ECHO not in shown(picture))
             first = picture.scenario(picture.now(), SHIP)
             await until(lambda: any(one.length_m for one in shown(picture).values()))
             await asyncio.to_thread(server.stop)
-            await until(lambda: not feed.connected and feed.trouble)
-            trouble = feed.trouble
-            heard = feed.counts.heard
+            await until(lambda: not feed.connected and feed.last_error)
+            trouble = feed.last_error
+            heard = feed.counts.received
             await asyncio.to_thread(server.start)
-            await until(lambda: feed.connected and feed.counts.heard > heard + 50)
+            await until(lambda: feed.connected and feed.counts.received > heard + 50)
             await until(lambda: len(shown(picture)) >= 20)
         return feed, picture, first, trouble
 
@@ -53,9 +53,9 @@ def test_targets_appear_and_come_back_after_a_restart(server):
     assert 2.0 < float(first.encounter.own.speed_m_s) < 5.0
     assert feed.title in trouble
     assert "\n" not in trouble
-    assert feed.counts.waiting == 0
-    assert picture.counts.waiting == 0
-    assert not any(one.startswith("00") for one in picture._fleet.ships)
+    assert feed.counts.pending == 0
+    assert picture.counts.pending == 0
+    assert not any(one.startswith("00") for one in picture._others.ships)
 
 
 def test_what_is_written_is_read_back_and_withdrawn(server):
@@ -80,16 +80,16 @@ def test_what_is_written_is_read_back_and_withdrawn(server):
         async with running(writer.run()):
             frame = frame_of(rudder_rad=-0.05, targets=[target_of("276780000", 350.0, 240.0)])
             alarm = Alarm("276780000", "MSC X", "unacknowledged", "CPA 0.19 NM in 4:00")
-            writer.tell(frame, [alarm])
+            writer.publish(frame, [alarm])
             await read_until(lambda v: v == -0.05, "steering.rudderAngleTarget")
             cpa = {"distance": 350.0, "timeTo": 240.0}
             await read_until(lambda v: v == cpa, "navigation.closestApproach", other)
             told = await read_until(lambda v: v, notice)
-            writer.tell(frame, [dataclasses.replace(alarm, state="acknowledged")])
+            writer.publish(frame, [dataclasses.replace(alarm, state="acknowledged")])
             silent = await read_until(lambda v: v["method"] == ["visual"], notice)
-            writer.tell(frame, [])
+            writer.publish(frame, [])
             await read_until(lambda v: v["state"] == "normal", notice)
-            assert writer.written == 3
+            assert writer.n_written == 3
         await read_until(lambda v: v is None, "steering.rudderAngleTarget")
         await read_until(lambda v: v is None, "navigation.closestApproach", other)
         return told, silent
@@ -157,11 +157,11 @@ def test_a_wrong_token_is_refused_in_one_line(server):
     async def write():
         writer = SignalKWriter(signalk_server(server.address, "no.such.token"))
         async with running(writer.run()):
-            writer.tell(frame_of(rudder_rad=0.02), [])
-            await until(lambda: writer.trouble)
+            writer.publish(frame_of(rudder_rad=0.02), [])
+            await until(lambda: writer.last_error)
         return writer
 
     writer = asyncio.run(write())
-    assert "token" in writer.trouble
-    assert "\n" not in writer.trouble
-    assert writer.written == 0
+    assert "token" in writer.last_error
+    assert "\n" not in writer.last_error
+    assert writer.n_written == 0

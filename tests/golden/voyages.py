@@ -1,11 +1,12 @@
 """Voyages that a mariner can check by eye, and how they are written.
 
 ``python -m tests.golden.voyages`` writes them anew, after a change that is
-meant to change them; read the difference before committing it.
+meant to change them; read the difference before committing it. ``--print`` prints them instead.
 """
 
 import functools
 import json
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -137,5 +138,8 @@ def write(name: str) -> None:
 
 
 if __name__ == "__main__":
-    for each in VOYAGES:
-        write(each)
+    if "--print" in sys.argv:
+        print(json.dumps({name: sail() for name, sail in VOYAGES.items()}))
+    else:
+        for each in VOYAGES:
+            write(each)

@@ -26,7 +26,7 @@ def own(seconds=0.0, north_m=0.0, **said):
     said = {"course_rad": 0.0, "speed_m_s": 5.0} | said
     return Report(
         id="own", time=at(seconds), latitude_deg=HERE[0] + north_m * NORTH, longitude_deg=HERE[1],
-        own=True, **said,
+        is_own=True, **said,
     )  # fmt: skip
 
 
@@ -41,7 +41,7 @@ def ship(number, seconds=0.0, north_m=2000.0, **said):
 def taken(*reports, **settings):
     picture = TrafficPicture("test", **settings)
     for report in reports:
-        picture.take(report)
+        picture.update(report)
     return picture
 
 

@@ -8,7 +8,7 @@ from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import running, until
 from websockets.asyncio.server import serve
 
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.feeds.feed_factory import signalk_server
 from glasshelm.live import signalk_writer
 from glasshelm.live.signalk_writer import RUDDER, SELF, SignalKWriter
@@ -105,17 +105,17 @@ def test_every_call_fails_in_turn(error, count, late):
             writer = SignalKWriter(broken.of(signalk_server(f"signalk://127.0.0.1:{port}", "x")))
             async with running(writer.run()):
                 for frame in FRAMES:
-                    writer.tell(frame, [ALARM])
+                    writer.publish(frame, [ALARM])
                     await asyncio.sleep(0.03)
                 failed = bool(broken.failed)
                 broken.heal()
                 # What was told last is written, and nothing else stands.
                 await until(lambda: server.stands.get((SELF, RUDDER)) == 0.08, 20)
                 await until(lambda: len(server.stands) == 3, 20)
-                await until(lambda: writer.trouble is None, 20)
-                writer.fall_silent()
+                await until(lambda: writer.last_error is None, 20)
+                writer.withdraw()
                 await until(lambda: not server.stands, 20)
-                writer.tell(FRAMES[0], [ALARM])
+                writer.publish(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4, 20)
             names.update(broken.failed)
             assert server.stands == {}, f"call {first} left something"
@@ -136,12 +136,12 @@ def test_what_fails_while_it_ends_is_tried_again_once_more(late):
             port = serving.sockets[0].getsockname()[1]
             writer = SignalKWriter(broken.of(signalk_server(f"signalk://127.0.0.1:{port}", "x")))
             async with running(writer.run()):
-                writer.tell(FRAMES[0], [ALARM])
+                writer.publish(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
                 broken._first, broken._count = broken.calls + first, 1
-                await writer.end()
+                await writer.close()
             assert server.stands == {}, f"call {first} left something"
-            await writer.end()  # twice does no harm
+            await writer.close()  # twice does no harm
         return bool(broken.failed)
 
     first = 1
@@ -160,12 +160,12 @@ def test_who_tells_no_more_is_withdrawn(monkeypatch):
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
                 for _ in range(10):
-                    writer.tell(FRAMES[0], [])
+                    writer.publish(FRAMES[0], [])
                     await asyncio.sleep(0.05)
                 assert (SELF, RUDDER) in server.stands
                 await until(lambda: not server.stands, 20)
                 await asyncio.sleep(0.4)
-                writer.tell(FRAMES[0], [])
+                writer.publish(FRAMES[0], [])
                 await until(lambda: len(server.stands) == 3, 20)
 
     asyncio.run(voyage())
@@ -179,7 +179,7 @@ def test_what_one_who_was_killed_has_left_goes_with_the_first_word():
             port = serving.sockets[0].getsockname()[1]
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
-                writer.fall_silent()
+                writer.withdraw()
                 await until(lambda: not server.stands, 20)
 
     asyncio.run(voyage())
@@ -199,10 +199,10 @@ def test_a_line_that_breaks_while_it_ends_is_opened_once_more():
             port = serving.sockets[0].getsockname()[1]
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
-                writer.tell(FRAMES[0], [ALARM])
+                writer.publish(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
                 sockets[0].transport.abort()
-                await writer.end()
+                await writer.close()
             assert server.stands == {}
             assert server.connections == 2
 
@@ -216,11 +216,11 @@ def test_what_cannot_be_told_is_withdrawn_and_raised(monkeypatch):
             port = serving.sockets[0].getsockname()[1]
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "x"))
             async with running(writer.run()):
-                writer.tell(FRAMES[0], [ALARM])
+                writer.publish(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
-                monkeypatch.setattr(signalk_writer, "said_of", lambda frame, alarms: 1 / 0)
+                monkeypatch.setattr(signalk_writer, "signalk_values", lambda frame, alarms: 1 / 0)
                 with pytest.raises(ZeroDivisionError):
-                    writer.tell(FRAMES[1], [])
+                    writer.publish(FRAMES[1], [])
                 await until(lambda: not server.stands, 20)
 
     asyncio.run(voyage())

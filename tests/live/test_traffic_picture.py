@@ -10,30 +10,29 @@ import pytest
 from benchmarks.feeds_fuzz import recording
 from tests.live.reports import SHIP, T0, at, own, ship, taken, targets
 
+from glasshelm.ais.limits import FORGOTTEN_S, LOST_AFTER_S
 from glasshelm.ais.reports import RejectReason, Report
 from glasshelm.ais.table import OWN_SENSORS
-from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.env.step import EnvSettings, reset
-from glasshelm.live import fleet
-from glasshelm.live.fleet import FORGOTTEN_S
+from glasshelm.live import vessel_store
 from glasshelm.live.traffic_picture import SHOWN_M, SLOTS, TrafficPicture
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import KNOT_M_S
-from glasshelm.simulation.explained_step import explain_step, never_held
+from glasshelm.simulation.explained_step import explain_step, no_known_targets
 from glasshelm.simulation.frame_builder import FrameBuilder
 from glasshelm.simulation.voyage import simulate
 
 
 def test_nothing_is_known_at_first():
     picture = TrafficPicture()
-    assert picture.heard is None
+    assert picture.latest_time is None
     assert picture.now() is None
     assert picture.scenario(T0, SHIP) is None
-    assert picture.state(T0) == "nothing heard yet"
-    picture.take(ship(1))
+    assert picture.status(T0) == "nothing heard yet"
+    picture.update(ship(1))
     assert picture.scenario(T0, SHIP) is None
-    assert picture.state(T0) == "no position of own ship yet (1 other ships heard)"
+    assert picture.status(T0) == "no position of own ship yet (1 other ships heard)"
 
 
 def test_a_target_is_dead_reckoned_from_her_latest_report():
@@ -41,7 +40,7 @@ def test_a_target_is_dead_reckoned_from_her_latest_report():
     east, north, course, speed, age = targets(picture)["1"]
     assert (east, north) == (pytest.approx(0, abs=1), pytest.approx(2000 - 150, rel=2e-3))
     assert (abs(course), speed, age) == (pytest.approx(math.pi), 5.0, pytest.approx(30))
-    picture.take(ship(1, -10.0, 1900.0))
+    picture.update(ship(1, -10.0, 1900.0))
     assert targets(picture)["1"][1] == pytest.approx(1850, rel=2e-3)
     assert targets(picture)["1"][4] == pytest.approx(10)
 
@@ -49,7 +48,7 @@ def test_a_target_is_dead_reckoned_from_her_latest_report():
 def test_a_target_is_lost_by_the_limits_of_recorded_traffic_and_forgotten_later():
     picture = taken(own(), ship(1))
     for seconds in range(1, 900, 20):
-        picture.take(own(seconds, 5.0 * seconds))
+        picture.update(own(seconds, 5.0 * seconds))
     assert "1" in targets(picture, LOST_AFTER_S - 1)
     assert "1" not in targets(picture, LOST_AFTER_S + 1)
     # Lost, she keeps her slot: who remembers her there can show where she was.
@@ -64,7 +63,7 @@ def test_motion_that_is_not_said_is_taken_from_positions():
     silent = {"course_rad": None, "speed_m_s": None}
     picture = taken(own(), ship(1, 0, 2000, **silent))
     assert targets(picture) == {}
-    picture.take(ship(1, 20, 2100, **silent))
+    picture.update(ship(1, 20, 2100, **silent))
     _, _, course, speed, _ = targets(picture, 20)["1"]
     assert (course, speed) == (pytest.approx(0, abs=1e-3), pytest.approx(5, rel=2e-3))
 
@@ -79,28 +78,28 @@ def test_the_gulf_of_finland_is_seen_as_the_recording_has_it():
             "speed_m_s": r.sog_kn[i].item() * KNOT_M_S,
             "course_rad": math.radians(r.cog_deg[i].item()),
         }
-        picture.take(
+        picture.update(
             Report(
                 id="own" if mine else str(r.mmsi[i]),
                 time=datetime.fromtimestamp(r.time_s[i].item(), UTC),
                 latitude_deg=r.latitude_deg[i].item(),
                 longitude_deg=r.longitude_deg[i].item(),
-                own=bool(mine),
+                is_own=bool(mine),
                 **{name: v for name, v in given.items() if not math.isnan(v)},
             )
         )
-    scenario = picture.scenario(picture.heard, SHIP)
+    scenario = picture.scenario(picture.latest_time, SHIP)
     assert int(np.asarray(scenario.encounter.present).sum()) == 94  # 95, and one is her echo
     assert "230035780" not in {info.id for info in scenario.targets}
-    refused = picture.counts.refused
+    refused = picture.counts.rejected
     # What recorded traffic drops is refused here as well, and hardly anything else.
     assert (
         refused[RejectReason.JUMP]
         == refused[RejectReason.TIME_JUMP]
-        == refused[RejectReason.IMPOSSIBLE]
+        == refused[RejectReason.IMPLAUSIBLE]
         == 0
     )
-    assert picture.counts.understood > 0.95 * picture.counts.heard
+    assert picture.counts.accepted > 0.95 * picture.counts.received
 
 
 def test_a_ship_keeps_her_slot():
@@ -112,7 +111,7 @@ def test_a_ship_keeps_her_slot():
     first = slots()
     assert sorted(first) == [str(n) for n in range(1, 9)]
     # A ninth, nearer than all: the farthest gives up her slot, which stays empty once.
-    picture.take(ship(9, 1, 900.0))
+    picture.update(ship(9, 1, 900.0))
     k = first.index("8")
     emptied, taken_over = slots(1), slots(2)
     assert emptied == [*first[:k], "", *first[k + 1 :]]
@@ -120,43 +119,43 @@ def test_a_ship_keeps_her_slot():
 
 
 def test_memory_is_bounded_with_any_number_of_ships(monkeypatch):
-    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 100)
     picture = taken(own())
     for n in range(1, 1000):
-        picture.take(ship(n, 0, 10.0 * n))
+        picture.update(ship(n, 0, 10.0 * n))
     assert len(picture) <= 110
-    assert picture.counts.waiting == 0
+    assert picture.counts.pending == 0
     nearest = {str(n) for n in range(30, 80)}  # those nearer are as near as an echo is not
     assert nearest <= set(targets(picture))
 
 
 def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
-    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 100)
     picture = taken(own(), *(ship(n, 0, 500.0 + 10.0 * n) for n in range(1, 51)))
-    refused = [picture.take(ship(n, 1, 3000.0 + n)) for n in range(100, 1000)]
-    assert refused.count(RejectReason.FAR) > 700
+    refused = [picture.update(ship(n, 1, 3000.0 + n)) for n in range(100, 1000)]
+    assert refused.count(RejectReason.TOO_FAR) > 700
     assert {str(n) for n in range(1, 51)} <= set(targets(picture, 1))
-    assert picture.take(ship(2000, 1, 600.0)) is None  # a near one always has room
+    assert picture.update(ship(2000, 1, 600.0)) is None  # a near one always has room
     assert "2000" in targets(picture, 1)
     notes = picture.scenario(at(1), SHIP).notes
     assert any(note.startswith("more ships are heard than are kept") for note in notes)
     # Who tells no place is not kept while there are too many, and the notes go as they go.
-    assert picture.take(Report(id="3000", time=at(1), name="X")) is RejectReason.FAR
+    assert picture.update(Report(id="3000", time=at(1), name="X")) is RejectReason.TOO_FAR
     for seconds in range(100, 1100, 100):
-        picture.take(own(seconds, 5.0 * seconds))
+        picture.update(own(seconds, 5.0 * seconds))
     picture.scenario(at(1000), SHIP)
-    assert picture.take(ship(4000, 1001, 80_000.0)) is None
+    assert picture.update(ship(4000, 1001, 80_000.0)) is None
     assert not any("more ships" in note for note in picture.scenario(at(1001), SHIP).notes)
 
 
 def test_where_own_ship_is_not_known_the_ships_heard_last_are_kept(monkeypatch):
-    monkeypatch.setattr(fleet, "MOST_SHIPS", 100)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 100)
     picture = TrafficPicture()
     for n in range(1, 1000):
-        picture.take(ship(n, n / 10, 10.0 * n))
+        picture.update(ship(n, n / 10, 10.0 * n))
     assert len(picture) <= 110
-    assert "999" in picture._fleet.ships
-    assert "1" not in picture._fleet.ships
+    assert "999" in picture._others.ships
+    assert "1" not in picture._others.ships
 
 
 def test_ships_out_of_sight_are_known_and_not_shown():
@@ -175,14 +174,14 @@ def test_pilots_take_it_and_nothing_is_compiled_anew(name):
     def look(encounter, ship):
         traced.append(name)
         state = reset(encounter, ship, settings)
-        held, memory = never_held(encounter), pilot.start()
+        held, memory = no_known_targets(encounter), pilot.start()
         return explain_step(pilot, encounter, state, held, memory, ship, settings, 0.0)[0]
 
     picture = taken(own(), ship(1))
     for k in range(5):
-        picture.take(own(10 * k, 50.0 * k, speed_m_s=5.0 + 0.1 * k))
+        picture.update(own(10 * k, 50.0 * k, speed_m_s=5.0 + 0.1 * k))
         for n in range(1, 2 + 7 * k):
-            picture.take(ship(n, 10 * k, 3000.0 + 300 * n, speed_m_s=4.0))
+            picture.update(ship(n, 10 * k, 3000.0 + 300 * n, speed_m_s=4.0))
         scenario = picture.scenario(at(10 * k), SHIP)
         moment = jax.device_get(look(scenario.encounter, scenario.ship))
         frame = FrameBuilder(scenario, pilot, applied=False).frame(moment, 0.0, None)
@@ -209,7 +208,7 @@ def test_a_course_that_nothing_tells_is_no_direction():
     first, later = (targets(picture, seconds)["1"] for seconds in (0, 20))
     assert first[:2] == later[:2]
     assert first[3] == 0.0
-    picture.take(ship(1, 20, 1900.0, speed_m_s=5.0, **silent))
+    picture.update(ship(1, 20, 1900.0, speed_m_s=5.0, **silent))
     _, _, course, speed, _ = targets(picture, 20)["1"]
     assert (abs(course), speed) == (pytest.approx(math.pi, abs=1e-3), 5.0)
 
@@ -225,5 +224,5 @@ def test_senders_of_distress_are_named_so():
     picture = taken(own(), *(ship(n, north_m=500.0 * (k + 1)) for k, n in enumerate(numbers)))
     scenario = picture.scenario(at(0), SHIP)
     assert {t.id: t.name for t in scenario.targets if t.id} == numbers
-    picture.take(Report(id="970012345", time=at(1), name="RAFT"))
+    picture.update(Report(id="970012345", time=at(1), name="RAFT"))
     assert "RAFT" in [t.name for t in picture.scenario(at(1), SHIP).targets]

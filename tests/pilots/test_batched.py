@@ -2,9 +2,10 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.validation import evaluation_set, sail_remembering, sail_set
+from glasshelm.training.validation import Memoryless, rollout
 
 SHIP = SHIPS["paper"]
 
@@ -42,10 +43,9 @@ class Quarter(eqx.Module):
 
 
 def test_a_memory_goes_from_decision_to_decision_and_both_ways_agree():
-    encounters = evaluation_set(SHIP, 4)
+    encounters = validation_encounters(SHIP, 4)
     found = [
-        sail_remembering(BatchedPilot(p), BatchedPilot(p).start(4), encounters, SHIP, 6, 12)
-        for p in (Counting(), CountingTogether())
+        rollout(BatchedPilot(p), encounters, SHIP, 6, 12) for p in (Counting(), CountingTogether())
     ]
     expected = np.abs(np.tanh(np.arange(12) - 3.0) * 0.1).mean()
     for voyages in found:
@@ -54,8 +54,7 @@ def test_a_memory_goes_from_decision_to_decision_and_both_ways_agree():
 
 
 def test_a_pilot_without_memory_sails_like_its_actor():
-    encounters = evaluation_set(SHIP, 4)
-    together = BatchedPilot(Constant())
-    one = sail_remembering(together, together.start(4), encounters, SHIP, 6, 12)
-    two = sail_set(Quarter(), encounters, SHIP, 6, 12)
+    encounters = validation_encounters(SHIP, 4)
+    one = rollout(BatchedPilot(Constant()), encounters, SHIP, 6, 12)
+    two = rollout(Memoryless(Quarter()), encounters, SHIP, 6, 12)
     np.testing.assert_allclose(one.range_m, two.range_m)

@@ -9,29 +9,35 @@ import numpy as np
 import pytest
 
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
 from glasshelm.evaluation.rollout import sail
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
 from glasshelm.pilots.protocols import OraclePilot, Pilot
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.planning.cross_entropy_search import Known, SearchSettings, as_sailed, improve_all
+from glasshelm.planning.cross_entropy_search import (
+    KnownEncounter,
+    SearchSettings,
+    improve_all,
+    rollout,
+)
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.vector_env import draw_encounters
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
 
 
 @pytest.fixture(scope="module")
-def known() -> Known:
+def known() -> KnownEncounter:
     settings = RandomEncounters(targets=(2, 2))
-    return Known.still(draw_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS)
+    return KnownEncounter.still(
+        random_encounters(jax.random.key(3), WORLDS, SHIP, settings), SHIP, STEPS
+    )
 
 
 @jax.jit
 def sail_all(known, rudders):
-    return jax.vmap(lambda k, r: as_sailed(k, r * k.ship.rudder_limit_rad))(known, rudders)
+    return jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))(known, rudders)
 
 
 @jax.jit

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 from tests.pilots.scenes import colliding, observed
 
-from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.pilots.course_pilot import CoursePilot, Intent, Method
+from glasshelm.pilots.course_pilot import CourseMemory, CourseMethod, CoursePilot
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import METHODS, UNTRAINED, pilot_named
+from glasshelm.pilots.registry import METHODS, WITHOUT_WEIGHTS, pilot_named
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.validation import sail_remembering
-from glasshelm.training.vector_env import draw_encounters
+from glasshelm.training.validation import rollout
 
 SHIP = SHIPS["paper"]
 AVOIDING = [name for name in METHODS if name != "waypoint"]
@@ -36,7 +35,7 @@ def test_every_method_steers_every_preset_ship_by_name():
             assert isinstance(pilot, Pilot)
             assert pilot.name == f"{ship}-{name}"
             assert pilot.ship == SHIPS[ship.replace("-", "_")]
-    assert len(UNTRAINED) == 2 * len(METHODS) + 1
+    assert len(WITHOUT_WEIGHTS) == 2 * len(METHODS) + 1
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -76,7 +75,7 @@ def test_a_course_is_chosen_every_so_many_decisions_and_steered_in_between():
     def further(observation, offset_rad, ship, settings):
         return offset_rad + settings
 
-    pilot = CoursePilot(SHIP, "further", Method(further, 0.1, every=3))
+    pilot = CoursePilot(SHIP, "further", CourseMethod(further, 0.1, period=3))
     what, memory = observed(), pilot.start()
     offsets = []
     for _ in range(7):
@@ -100,10 +99,9 @@ def test_one_world_is_steered_as_it_is_among_others(name):
 def intruded(method: str) -> int:
     """In how many of 24 encounters with the real ship somebody came into the domain."""
     ship = SHIPS["large_ship"]
-    encounters = draw_encounters(jax.random.key(5), 24, ship, RandomEncounters(targets=(1, 3)))
-    helm = BatchedPilot(CoursePilot(ship, method, METHODS[method]))
-    found = sail_remembering(helm, helm.start(24), encounters, ship, 240, 480)
-    return int((found.margin[1] > 0).sum())
+    encounters = random_encounters(jax.random.key(5), 24, ship, RandomEncounters(targets=(1, 3)))
+    policy = BatchedPilot(CoursePilot(ship, method, METHODS[method]))
+    return int((rollout(policy, encounters, ship, 240, 480).margin[1] > 0).sum())
 
 
 @pytest.mark.parametrize("name", AVOIDING)
@@ -113,5 +111,5 @@ def test_every_avoidance_avoids(name):
 
 def test_the_memory_is_one_course_and_a_count():
     memory = CoursePilot(SHIP, "cpa", METHODS["cpa"]).start()
-    assert isinstance(memory, Intent)
+    assert isinstance(memory, CourseMemory)
     assert memory.offset_rad.shape == memory.age.shape == ()

@@ -42,7 +42,7 @@ def sailed(pilot, encounter, steps):
         state, memory = carry
         action, memory = pilot.steer(state.observation, memory)
         out = step(encounter, state, action * SHIP.rudder_limit_rad, SHIP)
-        guards = getattr(memory, "guards", jnp.zeros((), bool))
+        guards = getattr(memory, "engaged", jnp.zeros((), bool))
         margin = jnp.where(encounter.present, out.margin, -1.0).max()
         return (out.state, memory), (margin, action, guards)
 
@@ -111,7 +111,7 @@ def test_one_world_and_many_are_steered_alike():
     for k, one in enumerate(observed):
         alone, own = pilot.steer(one, pilot.start())
         np.testing.assert_allclose(together[k], alone, atol=1e-5)
-        assert bool(memory.guards[k]) == bool(own.guards)
+        assert bool(memory.engaged[k]) == bool(own.engaged)
 
 
 @pytest.fixture(scope="module")

@@ -1,3 +1,4 @@
+import dataclasses
 import subprocess
 import sys
 
@@ -11,12 +12,12 @@ from tests.untrained import SHIP, observation, untrained, write_weights
 import glasshelm
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.random_encounters import PAPER
-from glasshelm.env.training_envelope import LARGEST
+from glasshelm.env.step import EnvSettings
+from glasshelm.env.training_envelope import MAX_FEATURE
 from glasshelm.networks.checkpoint import CheckpointError, save_tree
 from glasshelm.pilots import learned, registry
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.training.config import PRESETS, config_to_dict
 
 
 @pytest.fixture
@@ -126,7 +127,8 @@ def test_missing_damaged_and_truncated_files(weights):
         ({"ship": "canoe"}, "unknown ship 'canoe'"),
         ({"ship": {"gain_1_s": 0.1}}, "'ship' does not fit this version"),
         ({"ship": {"gain_1_s": "much"}}, "'ship' does not fit this version"),
-        ({"config": {"preset": 3}}, "bad training configuration"),
+        ({"env": {"step_s": "short"}}, "'env' does not fit this version"),
+        ({"encounters": {"ships": 3}}, "'encounters' does not fit this version"),
     ],
 )
 def test_another_architecture_is_told_in_one_line(tmp_path, header, said):
@@ -147,11 +149,12 @@ def test_a_file_of_other_tensors_is_not_a_pilot(tmp_path):
 
 def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
     path = tmp_path / "trained.safetensors"
-    config = PRESETS["paper"]
-    write_weights(path, other_config=config_to_dict(config))
+    env = EnvSettings(episode_steps=480)
+    described = {"encounters": dataclasses.asdict(PAPER), "env": dataclasses.asdict(env)}
+    write_weights(path, **{f"other_{name}": part for name, part in described.items()})
     pilot = glasshelm.load(path)
     assert pilot.trained.encounters == PAPER
-    assert pilot.trained.world == config.ddpg.world
+    assert pilot.trained.world == env
 
 
 def test_importing_the_package_imports_no_jax():
@@ -165,7 +168,9 @@ def test_importing_the_package_imports_no_jax():
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
     pilot, seen = glasshelm.load(name), observation(2)
-    seen = jax.tree.map(lambda x: x if x.dtype == bool else jnp.full_like(x, sign * LARGEST), seen)
+    seen = jax.tree.map(
+        lambda x: x if x.dtype == bool else jnp.full_like(x, sign * MAX_FEATURE), seen
+    )
     told = jax.tree.leaves(eqx.filter(pilot.decide(seen), eqx.is_array))
     assert all(np.isfinite(leaf).all() for leaf in told if leaf.dtype.kind == "f")
     with pytest.raises(InputError, match="impossible"):

@@ -54,7 +54,7 @@ def test_ctrl_c_keeps_the_frames(tmp_path, drawn, capsys, monkeypatch):
         yield from plain()[:5]
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("glasshelm.simulation.voyage.sail", cut)
+    monkeypatch.setattr("glasshelm.simulation.voyage.simulate", cut)
     out = tmp_path / "out"
     assert main(["explain", "imazu:1", "--pilot", "straight", "--out", str(out)]) == 130
     assert len(list(read_log(out / "frames.jsonl"))) == 5

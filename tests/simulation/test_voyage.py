@@ -19,7 +19,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import random_scenario
-from glasshelm.encounters.tracks import TrackColumns, single_track, stack_rows
+from glasshelm.encounters.tracks import TrackColumns, single_track, stack_tracks
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
 from glasshelm.env.step import EnvSettings, reset, step
 from glasshelm.frames import frame_log
@@ -30,7 +30,6 @@ from glasshelm.simulation.voyage import Voyage, padded_encounter, simulate
 
 SHIP = SHIPS["paper"]
 V = SHIP.speed_m_s
-PILOT = untrained()
 
 
 def scenario(*rows: TrackColumns, waypoint: float = 20_000.0, **more) -> Scenario:
@@ -41,7 +40,7 @@ def scenario(*rows: TrackColumns, waypoint: float = 20_000.0, **more) -> Scenari
         encounter=Encounter(
             ShipState.steady(0.0, 0.0, 0.0, V),
             Vector(jnp.zeros(1), jnp.full(1, waypoint)),
-            stack_rows(rows),
+            stack_tracks(rows),
             jnp.ones(len(rows), bool),
         ),
         targets=tuple(TargetInfo(str(i), f"ship {i}") for i in range(len(rows))),
@@ -57,11 +56,11 @@ def straight(east: float, north: float, course_deg: float, speed: float = V) -> 
 
 def test_frames_are_the_worlds_own_states():
     made = random_scenario(5, SHIP)
-    frames = list(simulate(made, PILOT, steps=20))
+    frames = list(simulate(made, untrained(), steps=20))
     state = reset(made.encounter, SHIP)
     go = jax.jit(lambda s, a: step(made.encounter, s, a * SHIP.rudder_limit_rad, SHIP))
-    steer = jax.jit(lambda observation: PILOT.steer(observation, ())[0])
-    values = eqx.filter_jit(PILOT.critic)
+    steer = jax.jit(lambda observation: untrained().steer(observation, ())[0])
+    values = eqx.filter_jit(untrained().critic)
     reward = None
     for frame in frames:
         close = {"rtol": 1e-4, "atol": 2e-5}
@@ -84,7 +83,7 @@ def test_frames_are_the_worlds_own_states():
 
 
 def test_parts_of_a_frame_add_up():
-    frame = list(simulate(random_scenario(5, SHIP), PILOT, steps=4))[-1]
+    frame = list(simulate(random_scenario(5, SHIP), untrained(), steps=4))[-1]
     assert len(frame.targets) > 1
     for part, field in ((frame.value, "q"), (frame.priority, "priority")):
         ships = sum(getattr(t, field) for t in frame.targets)
@@ -137,7 +136,7 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
 
 def test_forty_ships_are_shown_and_twenty_fed():
     rows = [straight(400.0 * k - 8000.0, 6000.0, 180.0) for k in range(40)]
-    frame = list(simulate(scenario(*rows), PILOT, steps=2))[-1]
+    frame = list(simulate(scenario(*rows), untrained(), steps=2))[-1]
     fed = [t for t in frame.targets if t.selected]
     assert (len(frame.targets), len(fed)) == (40, 20)
     assert all((t.q is not None) == t.selected for t in frame.targets)
@@ -201,7 +200,7 @@ def test_advice_keeps_the_recorded_track():
 
 def test_advice_needs_a_track():
     with pytest.raises(InputError, match="--advise needs a recorded own ship"):
-        simulate(scenario(), PILOT, advise=True)
+        simulate(scenario(), untrained(), advise=True)
 
 
 def test_what_is_no_number_ends_the_voyage():
@@ -209,7 +208,9 @@ def test_what_is_no_number_ends_the_voyage():
     with pytest.raises(InputError, match="ship 0 is seen with no finite"):
         list(simulate(lost, StraightPilot(), steps=1))
     broken = eqx.tree_at(
-        lambda p: p.actor.head.biases[0], PILOT, jnp.full_like(PILOT.actor.head.biases[0], jnp.nan)
+        lambda p: p.actor.head.biases[0],
+        untrained(),
+        jnp.full_like(untrained().actor.head.biases[0], jnp.nan),
     )
     with pytest.raises(InputError, match=r"untrained-attention decides nan"):
         list(simulate(random_scenario(5, SHIP), broken, steps=1))
@@ -286,15 +287,15 @@ def test_frames_name_scenario_ship_and_waypoint():
 
 
 def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_way():
-    voyage = Voyage(random_scenario(5, SHIP), PILOT, 60)
-    voyage.sail_on(8)
+    voyage = Voyage(random_scenario(5, SHIP), untrained(), 60)
+    voyage.advance(8)
     kept = voyage.place
-    first = voyage.sail_on(8)
+    first = voyage.advance(8)
     voyage.place = kept
-    assert voyage.sail_on(8) == first
+    assert voyage.advance(8) == first
     voyage.place = kept
-    voyage.hand_over(StraightPilot())
-    other = voyage.sail_on(8)
+    voyage.change_pilot(StraightPilot())
+    other = voyage.advance(8)
     assert [f.pilot for f in other] == ["straight"] * 8
     assert other[0].own == first[0].own
     assert other[0].targets[0].range_m == first[0].targets[0].range_m
@@ -304,10 +305,10 @@ def test_a_voyage_gone_back_to_sails_the_same_again_and_another_pilot_another_wa
 
 def test_frames_are_the_same_one_by_one_as_many_at_once():
     made = random_scenario(5, SHIP)
-    voyage, one_by_one = Voyage(made, PILOT, 20), []
-    while frames := voyage.sail_on():
+    voyage, one_by_one = Voyage(made, untrained(), 20), []
+    while frames := voyage.advance():
         one_by_one += frames
-    at_once = list(simulate(made, PILOT, steps=20))
+    at_once = list(simulate(made, untrained(), steps=20))
     assert len(one_by_one) == len(at_once) == 21
     for a, b in zip(one_by_one, at_once, strict=True):
         assert a.own.north_m == pytest.approx(b.own.north_m, rel=1e-5)

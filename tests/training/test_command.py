@@ -9,7 +9,7 @@ from glasshelm.cli import main
         (["--preset", "quick"], "unknown preset 'quick'"),
         (["--ship", "raft"], "unknown ship 'raft'"),
         (["--set", "ddpg.bach=3"], "bach"),
-        (["--set", "start=nothing.safetensors"], "nothing.safetensors"),
+        (["--set", "init_from=nothing.safetensors"], "nothing.safetensors"),
         (["--resume"], "no state.safetensors to resume"),
     ],
 )

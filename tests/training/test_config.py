@@ -11,26 +11,26 @@ from glasshelm.training.config import (
     override,
     preset_named,
 )
-from glasshelm.training.ddpg import packed_rows
+from glasshelm.training.ddpg import packed_size
 
 
 def test_the_paper_preset_is_table_a6():
     config = preset_named("paper")
     ddpg, loss = config.ddpg, config.ddpg.actor_loss
-    assert (ddpg.env_steps, ddpg.train_interval, ddpg.batch) == (10_000_000, 100, 1024)
-    assert (ddpg.learning_rate, ddpg.target_rate, ddpg.discount) == (0.001, 0.001, 0.98)
+    assert (ddpg.env_steps, ddpg.train_interval, ddpg.batch_size) == (10_000_000, 100, 1024)
+    assert (ddpg.learning_rate, ddpg.tau, ddpg.discount) == (0.001, 0.001, 0.98)
     assert (loss.regularisation, loss.smoothing, loss.action_size) == (0.001, 0.005, 0.0001)
     assert config.actor_sizes.encoder == config.actor_sizes.head == (256, 256, 128)
     assert config.critic_sizes.hidden == (256, 256, 128)
     assert not config.critic_sizes.norm
     assert config.actor_sizes.lens == config.critic_sizes.lens == "flat"
-    assert (ddpg.replay, ddpg.critic_from, ddpg.actor_from) == (1_000_000, 20_480, 102_400)
+    assert (ddpg.replay_size, ddpg.critic_starts, ddpg.actor_starts) == (1_000_000, 20_480, 102_400)
     assert ddpg.cycles * ddpg.cycle_updates == 100_000
 
 
-@pytest.mark.parametrize("worlds", [10, 50, 100, 400])
-def test_one_update_to_a_hundred_steps_whatever_the_number_of_worlds(worlds):
-    ddpg = dataclasses.replace(preset_named("paper").ddpg, worlds=worlds)
+@pytest.mark.parametrize("num_envs", [10, 50, 100, 400])
+def test_one_update_to_a_hundred_steps_whatever_the_number_of_envs(num_envs):
+    ddpg = dataclasses.replace(preset_named("paper").ddpg, num_envs=num_envs)
     assert ddpg.cycle_env_steps == 100 * ddpg.cycle_updates
 
 
@@ -44,9 +44,9 @@ def test_a_configuration_survives_json(name):
 def test_any_field_can_be_set():
     config = override(
         preset_named("paper"),
-        ("ddpg.batch=64", "actor_sizes.head=[8, 4]", "critic_sizes.lens=fine", "seed=3"),
+        ("ddpg.batch_size=64", "actor_sizes.head=[8, 4]", "critic_sizes.lens=fine", "seed=3"),
     )
-    assert config.ddpg.batch == 64
+    assert config.ddpg.batch_size == 64
     assert config.actor_sizes.head == (8, 4)
     assert config.critic_sizes.lens == "fine"
     assert config.seed == 3
@@ -57,8 +57,8 @@ def test_any_field_can_be_set():
     [
         ("ddpg.bach=64", "bach"),
         ("seed", "FIELD=VALUE"),
-        ("ddpg.batch=many", "batch"),
-        ("ddpg.batch.size=1", "size"),
+        ("ddpg.batch_size=many", "batch_size"),
+        ("ddpg.tau.size=1", "size"),
         ("critic_sizes.lens=wide", "lens"),
     ],
 )
@@ -73,8 +73,8 @@ def test_unknown_preset():
 
 
 def test_packed_rows_are_mean_and_four_deviations():
-    rows = packed_rows(1024, (0, 6), True)
-    assert 1024 * 3 + 4 * 32 * 2 <= rows.ships < 1024 * 3 + 4 * 32 * 2 + 16
+    rows = packed_size(1024, (0, 6), True)
+    assert 1024 * 3 + 4 * 32 * 2 <= rows.targets < 1024 * 3 + 4 * 32 * 2 + 16
     assert rows.pairs is not None
     assert 1024 * 13 + 4 * 32 * 12.4 < rows.pairs < 1024 * 13 + 4 * 32 * 12.6 + 16
-    assert packed_rows(4, (6, 6), False).ships == 24
+    assert packed_size(4, (6, 6), False).targets == 24

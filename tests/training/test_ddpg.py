@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from glasshelm.training.config import preset_named
-from glasshelm.training.ddpg import Rows, learn, optimiser, packed_rows
-from glasshelm.training.init_actor import first_actor
+from glasshelm.training.ddpg import PackedSize, optimiser, packed_size, update
+from glasshelm.training.init_actor import init_actor
 from glasshelm.training.replay_buffer import gather
 from glasshelm.training.stages import DdpgStage
 
@@ -18,15 +18,15 @@ def after_filling():
     """The tiny preset's state after filling and a few updates, and a batch of it."""
     config = preset_named("tiny")
     stage = DdpgStage(config)
-    state = stage.begin(first_actor(config))
+    state = stage.start(init_actor(config))
     for number in range(25):
         state, _ = stage.advance(state, number)
-    ticks = jnp.arange(12)
-    return state, gather(state.replay, ticks, ticks % 10)
+    steps = jnp.arange(12)
+    return state, gather(state.replay, steps, steps % 10)
 
 
 SETTINGS = preset_named("tiny").ddpg
-STEP = jax.jit(learn, static_argnums=(2, 4, 5, 6))
+STEP = jax.jit(update, static_argnums=(2, 4, 5, 6))
 
 
 def weights(network):
@@ -39,10 +39,10 @@ def test_no_update_before_the_replay_is_warm(after_filling):
     assert int(state.replay.written) == 25
 
 
-def test_targets_follow_at_the_polyak_rate(after_filling):
+def test_target_networks_follow_at_the_rate_tau(after_filling):
     state, batch = after_filling
-    rows = packed_rows(12, (0, 6), False)
-    new, _, _ = STEP(state, batch, rows, jax.random.key(0), True, SETTINGS, "sum")
+    size = packed_size(12, (0, 6), False)
+    new, _, _ = STEP(state, batch, size, jax.random.key(0), True, SETTINGS, "sum")
     expected = weights(state.target_critic) + 0.001 * (
         weights(new.critic) - weights(state.target_critic)
     )
@@ -52,21 +52,21 @@ def test_targets_follow_at_the_polyak_rate(after_filling):
 
 def test_policy_evaluation_leaves_the_actor_alone(after_filling):
     state, batch = after_filling
-    rows = packed_rows(12, (0, 6), False)
-    new, loss, _ = STEP(state, batch, rows, jax.random.key(0), False, SETTINGS, "heads")
+    size = packed_size(12, (0, 6), False)
+    new, loss, _ = STEP(state, batch, size, jax.random.key(0), False, SETTINGS, "heads")
     np.testing.assert_array_equal(weights(new.actor), weights(state.actor))
     assert float(loss) > 0
     assert not np.array_equal(weights(new.critic), weights(state.critic))
 
 
-def test_worlds_that_do_not_fit_the_rows_are_left_out(after_filling):
+def test_episodes_that_do_not_fit_the_rows_are_left_out(after_filling):
     state, batch = after_filling
     ships = np.asarray(batch.observation.present.sum(-1))
     assert ships[-1] > 0
     fits = int(ships[:-1].sum())
-    short = STEP(state, batch, Rows(fits, None), jax.random.key(0), False, SETTINGS, "sum")
+    short = STEP(state, batch, PackedSize(fits, None), jax.random.key(0), False, SETTINGS, "sum")
     without = eqx.tree_at(lambda b: b.weight, batch, batch.weight.at[-1].set(0.0))
-    plenty = Rows(int(ships.sum()), None)
+    plenty = PackedSize(int(ships.sum()), None)
     full = STEP(state, without, plenty, jax.random.key(0), False, SETTINGS, "sum")
     assert float(short[1]) == pytest.approx(float(full[1]), rel=1e-5)
     everyone = STEP(state, batch, plenty, jax.random.key(0), False, SETTINGS, "sum")

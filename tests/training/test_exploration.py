@@ -5,8 +5,8 @@ import pytest
 from glasshelm.training.exploration import (
     NoiseSettings,
     explore,
+    no_noise,
     ornstein_uhlenbeck,
-    quiet,
     sigma_at,
 )
 
@@ -41,7 +41,7 @@ def test_bursts_hold_a_rudder_and_leave_the_pilot_alone_otherwise():
         return after, (action, after.active, after.value)
 
     keys = jax.random.split(jax.random.key(1), 60)
-    _, (action, active, value) = jax.lax.scan(go, quiet(4000), keys)
+    _, (action, active, value) = jax.lax.scan(go, no_noise(4000), keys)
     assert bool((action[~active] == 0.5).all())
     assert bool((action[active] == value[active]).all())
     # Of two states with these chances a share begin / (begin + end) is active.

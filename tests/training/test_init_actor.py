@@ -14,7 +14,7 @@ from glasshelm.networks.actors import ActorSizes
 from glasshelm.pilots.registry import WEIGHTS
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.config import preset_named
-from glasshelm.training.init_actor import first_actor
+from glasshelm.training.init_actor import init_actor
 
 SUM = dataclasses.replace(preset_named("fast"), actor="sum")
 
@@ -24,16 +24,16 @@ def named(*names: str) -> str:
 
 
 def test_of_several_files_the_mean():
-    one = first_actor(dataclasses.replace(SUM, start=named("paper-sum")))
-    other = first_actor(dataclasses.replace(SUM, start=named("large-ship-sum")))
-    both = first_actor(dataclasses.replace(SUM, start=named("paper-sum", "large-ship-sum")))
+    one = init_actor(dataclasses.replace(SUM, init_from=named("paper-sum")))
+    other = init_actor(dataclasses.replace(SUM, init_from=named("large-ship-sum")))
+    both = init_actor(dataclasses.replace(SUM, init_from=named("paper-sum", "large-ship-sum")))
     for a, b, mean in zip(*map(jax.tree.leaves, (one, other, both)), strict=True):
         np.testing.assert_allclose(mean, (a + b) / 2, atol=1e-6)
     assert not np.allclose(one.head.weights[0], other.head.weights[0])
 
 
 def test_a_new_one_follows_the_seed():
-    drawn = [first_actor(dataclasses.replace(SUM, seed=seed)) for seed in (1, 1, 2)]
+    drawn = [init_actor(dataclasses.replace(SUM, seed=seed)) for seed in (1, 1, 2)]
     first = [actor.head.weights[0] for actor in drawn]
     np.testing.assert_array_equal(first[0], first[1])
     assert float(jnp.abs(first[0] - first[2]).max()) > 0.01
@@ -42,7 +42,7 @@ def test_a_new_one_follows_the_seed():
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
     """Same rudder; the copies get gradients of their own."""
-    narrow = dataclasses.replace(SUM, actor=kind, start=named(f"paper-{kind}"))
+    narrow = dataclasses.replace(SUM, actor=kind, init_from=named(f"paper-{kind}"))
     wide = dataclasses.replace(
         narrow, actor_sizes=ActorSizes((192, 160, 100), (150, 128, 64), (64, 80), "fine")
     )
@@ -51,7 +51,7 @@ def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
         jax.random.split(jax.random.key(3), 8)
     )
     observation = jax.jit(jax.vmap(lambda e: reset(e, ship).observation))(encounters)
-    small, large = first_actor(narrow), first_actor(wide)
+    small, large = init_actor(narrow), init_actor(wide)
     assert large.encode_target.weights[1].shape == (192, 160)
     np.testing.assert_allclose(large(observation), small(observation), atol=2e-5)
     weights, pulls = (
@@ -65,13 +65,15 @@ def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
 
 def test_a_narrower_one_is_refused():
     given = dataclasses.replace(
-        SUM, start=named("paper-sum"), actor_sizes=ActorSizes((64, 64, 64), (8, 8, 8), (), "fine")
+        SUM,
+        init_from=named("paper-sum"),
+        actor_sizes=ActorSizes((64, 64, 64), (8, 8, 8), (), "fine"),
     )
     with pytest.raises(InputError, match=r"paper-sum\.safetensors: .* of 128 units"):
-        first_actor(given)
+        init_actor(given)
 
 
 def test_a_file_of_another_actor_is_named():
-    given = dataclasses.replace(SUM, start=named("paper-sum", "paper-attention"))
+    given = dataclasses.replace(SUM, init_from=named("paper-sum", "paper-attention"))
     with pytest.raises(InputError, match=r"paper-attention\.safetensors: its actor is not"):
-        first_actor(given)
+        init_actor(given)

@@ -20,24 +20,24 @@ from glasshelm.networks.checkpoint import file_sha256, read_header
 from glasshelm.pilots.learned import read_pilot
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.config import preset_named
-from glasshelm.training.init_actor import first_actor
-from glasshelm.training.metrics_log import read_records
-from glasshelm.training.trainer import BEST, FINAL, LoopSettings, train
-from glasshelm.training.training_progress import Display
-from glasshelm.training.training_state import STATE
+from glasshelm.training.init_actor import init_actor
+from glasshelm.training.metrics_log import read_metrics
+from glasshelm.training.trainer import BEST_FILE, FINAL_FILE, TrainerSettings, train
+from glasshelm.training.training_progress import TrainingProgress
+from glasshelm.training.training_state import STATE_FILE
 
-QUIET = LoopSettings(tensorboard=False)
+QUIET = TrainerSettings(tensorboard=False)
 
 
-class Interrupting(Display):
-    """Presses Ctrl-C when a stage has reached a unit."""
+class Interrupting(TrainingProgress):
+    """Sends Ctrl-C when a stage has reached a unit."""
 
     def __init__(self, stage=None, number=None):
         super().__init__(Terminal(quiet=True))
         self.wanted, self.stage = (stage, number), None
 
-    def begin(self, name, unit, total, done):
-        super().begin(name, unit, total, done)
+    def start_stage(self, name, unit, total, completed):
+        super().start_stage(name, unit, total, completed)
         self.stage = name
 
     def advance(self, number):
@@ -62,9 +62,9 @@ def assert_same(first: Path, second: Path):
 
 
 def assert_same_training(first: Path, second: Path):
-    for name in (BEST, FINAL):
+    for name in (BEST_FILE, FINAL_FILE):
         assert file_sha256(first / name) == file_sha256(second / name)
-    assert_same(first / STATE, second / STATE)
+    assert_same(first / STATE_FILE, second / STATE_FILE)
     (replay,) = (p.name for p in first.glob("replay-*.safetensors"))
     assert_same(first / replay, second / replay)
 
@@ -72,13 +72,13 @@ def assert_same_training(first: Path, second: Path):
 def test_interrupted_and_resumed_is_bit_identical(whole, tmp_path):
     name, reference = whole
     config = preset_named(name)
-    stops = [("ddpg", 7), ("ddpg", 53)] if name == "tiny" else [("actor", 17), ("critic", 41)]
+    stops = [("ddpg", 7), ("ddpg", 53)] if name == "tiny" else [("dagger", 2), ("critic", 41)]
     for number, stop in enumerate(stops):
         assert not train(config, tmp_path, QUIET, number > 0, Interrupting(*stop))
     assert train(config, tmp_path, QUIET, True, Interrupting())
     assert_same_training(reference, tmp_path)
-    numbers = [line["number"] for line in read_records(tmp_path)]
-    assert numbers == [line["number"] for line in read_records(reference)]
+    numbers = [line["number"] for line in read_metrics(tmp_path)]
+    assert numbers == [line["number"] for line in read_metrics(reference)]
 
 
 def test_killed_and_resumed_is_bit_identical(whole, tmp_path):
@@ -91,21 +91,21 @@ def test_killed_and_resumed_is_bit_identical(whole, tmp_path):
     process = subprocess.Popen(command, env=os.environ | cache, stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 600
     try:
-        while not (tmp_path / STATE).exists():
+        while not (tmp_path / STATE_FILE).exists():
             assert process.poll() is None
-            assert time.monotonic() < deadline, "it does not learn"
+            assert time.monotonic() < deadline, "it does not train"
             time.sleep(0.01)
     finally:
         process.kill()
         process.wait()
-    assert not (tmp_path / FINAL).exists()
+    assert not (tmp_path / FINAL_FILE).exists()
     assert train(preset_named(name), tmp_path, QUIET, True, Interrupting())
     assert_same_training(reference, tmp_path)
 
 
-def test_the_log_tells_losses_rates_and_speed(whole):
+def test_the_log_has_losses_rates_and_speed(whole):
     _, folder = whole
-    last = read_records(folder)[-1]
+    last = read_metrics(folder)[-1]
     for key in ("critic_loss", "intrusions", "collisions_long", "updates_per_s", "env_steps"):
         assert np.isfinite(last[key])
     assert "waypoint_correlation" in last
@@ -113,9 +113,9 @@ def test_the_log_tells_losses_rates_and_speed(whole):
 
 def test_the_file_alone_rebuilds_the_pilot(whole):
     _, folder = whole
-    header = read_header(folder / FINAL)
+    header = read_header(folder / FINAL_FILE)
     assert json.dumps(header["config"])
-    pilot = read_pilot(folder / FINAL, "final")
+    pilot = read_pilot(folder / FINAL_FILE, "final")
     assert pilot.critic is not None
     ship = ship_named("paper")
     observation = reset(random_scenario(0, ship).encounter, ship).observation
@@ -125,8 +125,8 @@ def test_the_file_alone_rebuilds_the_pilot(whole):
 
 def test_weights_have_moved_and_stay_finite(whole):
     name, folder = whole
-    trained = load_file(folder / FINAL)
-    untrained = first_actor(preset_named(name)).head.weights[0]
+    trained = load_file(folder / FINAL_FILE)
+    untrained = init_actor(preset_named(name)).head.weights[0]
     assert not np.array_equal(trained["actor.head.weights.0"], np.asarray(untrained))
     assert all(np.isfinite(tensor).all() for tensor in trained.values())
 
@@ -134,11 +134,11 @@ def test_weights_have_moved_and_stay_finite(whole):
 def test_the_time_limit_stops_cleanly_and_can_be_resumed(whole, tmp_path):
     name, reference = whole
     config = preset_named(name)
-    assert train(config, tmp_path, LoopSettings(0.0, tensorboard=False), False, Interrupting())
-    assert read_header(tmp_path / FINAL)["summary"]["evaluation"]["stopped_early"]
+    assert train(config, tmp_path, TrainerSettings(0.0, tensorboard=False), False, Interrupting())
+    assert read_header(tmp_path / FINAL_FILE)["summary"]["validation"]["stopped_early"]
     if name == "tiny":
         assert train(config, tmp_path, QUIET, True, Interrupting())
-        assert_same(reference / FINAL, tmp_path / FINAL)
+        assert_same(reference / FINAL_FILE, tmp_path / FINAL_FILE)
 
 
 def test_folders_that_cannot_be_used(whole, tmp_path):
@@ -155,14 +155,13 @@ def test_folders_that_cannot_be_used(whole, tmp_path):
 def test_critics_alone_for_an_actor_that_is_there(whole, tmp_path):
     name, folder = whole
     if name != "tiny-fast":
-        pytest.skip("of the preset with an actor stage")
-    begun = folder / BEST
-    no_actor = ("imitation.iterations=0", "analytic.iterations=0")
-    overrides = (f"start={begun}", *no_actor, "ddpg.env_steps=300")
+        pytest.skip("of the preset with DAgger")
+    start = folder / BEST_FILE
+    overrides = (f"init_from={start}", "dagger.iterations=0", "ddpg.env_steps=300")
     run(name, out=tmp_path, overrides=overrides, tensorboard=False)
-    before, after = load_file(begun), load_file(tmp_path / FINAL)
+    before, after = load_file(start), load_file(tmp_path / FINAL_FILE)
     actor = [key for key in before if key.startswith("actor.")]
     assert actor
     for key in actor:
         np.testing.assert_array_equal(before[key], after[key])
-    assert read_header(tmp_path / FINAL)["config"]["start"] == BEST
+    assert read_header(tmp_path / FINAL_FILE)["config"]["init_from"] == BEST_FILE

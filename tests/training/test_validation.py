@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.random_encounters import PAPER
+from glasshelm.encounters.random_encounters import PAPER, validation_encounters
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.ship.nomoto import ShipState, ship_named
+from glasshelm.training.critic_accuracy import critic_accuracy
 from glasshelm.training.exploration import NoiseSettings
-from glasshelm.training.validation import agreement, evaluation_set, sail_set, score
+from glasshelm.training.validation import Memoryless, rollout, score
 
 SHIP = ship_named("paper")
 
@@ -26,7 +27,7 @@ class OnTheCourse(eqx.Module):
     each: jax.Array
 
     def __call__(self, observation, action, fleet=None):
-        return Values(
+        return QValues(
             self.each + 1e-3 * observation.waypoint[:, 0, 1],
             jnp.zeros_like(observation.targets[:, :, 0, 0]),
         )
@@ -47,50 +48,50 @@ def encounters():
 
 
 def test_rates_and_returns_of_the_pilot_that_does_nothing():
-    voyages = sail_set(Amidships(), encounters(), SHIP)
-    found = score(voyages, 340.0)
-    assert found.intrusions == pytest.approx(1 / 3)
-    assert found.intrusions_long == pytest.approx(2 / 3)
-    assert found.collisions == pytest.approx(1 / 3)
-    assert found.collisions_long == pytest.approx(2 / 3)
-    assert found.by_ships == (0.0, 1.0)
-    assert found.rudder == 0.0
+    episodes = rollout(Memoryless(Amidships()), encounters(), SHIP)
+    result = score(episodes, 340.0)
+    assert result.intrusions == pytest.approx(1 / 3)
+    assert result.intrusions_long == pytest.approx(2 / 3)
+    assert result.collisions == pytest.approx(1 / 3)
+    assert result.collisions_long == pytest.approx(2 / 3)
+    assert result.intrusions_by_targets == (0.0, 1.0)
+    assert result.rudder == 0.0
     # 240 steps on course: 0.2 a step (Eq. 17); the ships are all that costs.
-    assert found.return_waypoint == pytest.approx(48.0, rel=1e-3)
-    assert found.return_collision < -1.0
-    assert found.total == found.return_waypoint + found.return_collision
+    assert result.return_waypoint == pytest.approx(48.0, rel=1e-3)
+    assert result.return_collision < -1.0
+    assert result.total_return == result.return_waypoint + result.return_collision
 
 
 def test_collisions_weigh_most_in_the_choice_of_the_pilot_kept():
-    voyages = sail_set(Amidships(), encounters(), SHIP)
-    bad = score(voyages, 340.0)
-    better = score(eqx.tree_at(lambda v: v.range_m, voyages, voyages.range_m + 1e4), 340.0)
+    episodes = rollout(Memoryless(Amidships()), encounters(), SHIP)
+    bad = score(episodes, 340.0)
+    better = score(eqx.tree_at(lambda e: e.range_m, episodes, episodes.range_m + 1e4), 340.0)
     assert better.collisions == 0
-    assert better.fault < bad.fault - 5
+    assert better.selection_loss < bad.selection_loss - 5
 
 
-def test_the_evaluation_set_is_fixed():
-    first, second = evaluation_set(SHIP, 16, PAPER), evaluation_set(SHIP, 16, PAPER)
+def test_the_validation_set_is_fixed():
+    first, second = validation_encounters(SHIP, 16, PAPER), validation_encounters(SHIP, 16, PAPER)
     np.testing.assert_array_equal(first.targets.east_m, second.targets.east_m)
 
 
-def test_agreement_compares_values_with_the_returns_that_followed():
+def test_critic_accuracy_compares_values_with_the_returns_that_followed():
     open_sea = jax.tree.map(lambda x: x[:1], encounters())
     exact = 0.2 / (1 - 0.98)
-    found = agreement(Amidships(), OnTheCourse(jnp.array(exact)), open_sea, SHIP, 0.98)
-    waypoint, collision = np.asarray(found.error)
+    result = critic_accuracy(Amidships(), OnTheCourse(jnp.array(exact)), open_sea, SHIP, 0.98)
+    waypoint, collision = np.asarray(result.error)
     assert waypoint == pytest.approx(0.0, abs=0.1)  # what follows after 480 steps is cut off
     assert collision == 0.0
-    off = agreement(Amidships(), OnTheCourse(jnp.array(exact + 2.0)), open_sea, SHIP, 0.98)
+    off = critic_accuracy(Amidships(), OnTheCourse(jnp.array(exact + 2.0)), open_sea, SHIP, 0.98)
     assert float(off.error[0]) == pytest.approx(2.0, abs=0.1)
 
 
-def test_agreement_with_lapses_values_what_was_done():
-    """Lapses turn the ship off her course: the same values agree less with what follows."""
+def test_critic_accuracy_with_exploration_values_what_was_done():
+    """Exploration turns the ship off her course: the same values agree less with what follows."""
     open_sea = jax.tree.map(lambda x: x[:1], encounters())
     exact = OnTheCourse(jnp.array(0.2 / (1 - 0.98)))
-    steady = agreement(Amidships(), exact, open_sea, SHIP, 0.98)
-    lapses = NoiseSettings("bursts", burst_begin=0.1, burst_end=0.2)
-    lapsing = agreement(Amidships(), exact, open_sea, SHIP, 0.98, lapses=lapses)
-    assert float(lapsing.error[0]) > 10 * float(steady.error[0])
-    assert float(lapsing.spread[0]) > float(steady.spread[0])
+    steady = critic_accuracy(Amidships(), exact, open_sea, SHIP, 0.98)
+    noise = NoiseSettings("bursts", burst_begin=0.1, burst_end=0.2)
+    exploring = critic_accuracy(Amidships(), exact, open_sea, SHIP, 0.98, exploration=noise)
+    assert float(exploring.error[0]) > 10 * float(steady.error[0])
+    assert float(exploring.spread[0]) > float(steady.spread[0])

@@ -12,7 +12,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.random_encounters import random_scenario
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.frames.schema import Frame
-from glasshelm.pilots.registry import UNTRAINED, pilot_named
+from glasshelm.pilots.registry import WITHOUT_WEIGHTS, pilot_named
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.frame_builder import DECIMALS
@@ -77,7 +77,7 @@ def test_branch_of_a_recording_decides_as_the_log_did(advice_log, learned, numbe
 @pytest.mark.parametrize("name", ["paper-cpa", "paper-waypoint"])
 def test_what_a_pilot_keeps_in_mind_is_rebuilt(name):
     """These choose a course every sixth decision: a branch in between must not choose anew."""
-    pilot = UNTRAINED[name]
+    pilot = WITHOUT_WEIGHTS[name]
     frames = logged(simulate(random_scenario(35, SHIP), pilot, 40))
     branch = branch_at(frames, 15, pilot, 20)
     assert int(branch.initial.memory.age) == 15
@@ -109,11 +109,11 @@ def test_an_order_is_no_guards():
 
 
 def test_another_pilots_watch_is_not_remembered():
-    first, second = UNTRAINED["paper-waypoint"], UNTRAINED["paper-cpa"]
+    first, second = WITHOUT_WEIGHTS["paper-waypoint"], WITHOUT_WEIGHTS["paper-cpa"]
     voyage = Voyage(random_scenario(35, SHIP), first, 40)
-    frames = voyage.sail_on(16)
-    voyage.hand_over(second)
-    frames = logged([*frames, *voyage.sail_on(16)])
+    frames = voyage.advance(16)
+    voyage.change_pilot(second)
+    frames = logged([*frames, *voyage.advance(16)])
     branch = branch_at(frames, 20, second, 10)
     assert int(branch.initial.memory.age) == 4
     assert roll_out(branch, (), 10).rudder_rad[0] == pytest.approx(

@@ -5,8 +5,8 @@
  * and run json-schema-to-typescript to regenerate this file.
  */
 
-export type Message = ClientMessage | ServerMessage;
-export type ClientMessage =
+export type Message = Request | ServerMessage;
+export type Request =
   | Open
   | Replay
   | SetPilot

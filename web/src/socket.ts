@@ -1,6 +1,6 @@
 /** The WebSocket to the server: it reconnects, notices a dead connection and parses messages. */
 
-import type { ClientMessage, ServerMessage } from "./protocol.gen";
+import type { Request, ServerMessage } from "./protocol.gen";
 
 const MIN_RETRY_MS = 500;
 const MAX_RETRY_MS = 8000;
@@ -36,7 +36,7 @@ export class ReconnectingSocket {
   }
 
   /** Send a message; `false` if there is no connection. */
-  send(message: ClientMessage): boolean {
+  send(message: Request): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
     return true;

@@ -18,11 +18,11 @@ import type {
   AskWhatIf,
   BandMessage,
   Catalogue,
-  ClientMessage,
   EncounterStatus,
   Frame,
   FrameMessage,
   Hello,
+  Request,
   ServerMessage,
   SessionMessage,
   Target,
@@ -99,7 +99,7 @@ export class Store {
     window.setInterval(() => this.tick(), 1000);
   }
 
-  send(message: ClientMessage): void {
+  send(message: Request): void {
     if (!this.socket.send(message)) this.notify("Not sent: no connection", true);
   }
 

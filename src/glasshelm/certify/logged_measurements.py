@@ -20,7 +20,7 @@ from glasshelm.certify.rudder_band import Band, action_bounds, certifiable
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import FRAMES
-from glasshelm.env.target_selection import CAPACITY
+from glasshelm.env.target_selection import MAX_TARGETS
 from glasshelm.frames import schema as f
 from glasshelm.frames.frame_log import is_episode_start
 from glasshelm.frames.schema import Frame
@@ -30,7 +30,7 @@ from glasshelm.pilots.protocols import Pilot
 #: Bounds of a band at most.
 CELLS = 17
 #: Programs are compiled for so many ships.
-SLOTS = (8, CAPACITY)
+SLOTS = (8, MAX_TARGETS)
 #: A rudder decided again is the same within this, a fraction of the limit.
 SAME = 2e-3
 

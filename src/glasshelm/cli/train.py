@@ -22,25 +22,25 @@ def run(
     snapshot_s: float = 60.0,
     tensorboard: bool = True,
 ) -> None:
-    """Train a pilot and write OUT/best.safetensors and OUT/final.safetensors.
+    """Train a pilot and write it to OUT/best.safetensors and OUT/final.safetensors.
 
-    Ctrl-C stops after a whole step and saves; --resume continues bit for bit.
+    Ctrl-C stops at a whole step and saves; --resume continues from there, bit for bit.
 
     Args:
         preset: paper, ddpg, fast, tiny or tiny-fast.
         actor: How the ships are merged into one feature (sum: Eq. 20-21, attention: Eq. 23).
-        critic: One TD error of the total (sum, as in the paper) or one for each sub-task (heads).
+        critic: One TD error of the total (the paper), or one for each sub-task.
         ship: Own ship: paper or large_ship.
         seed: Random seed.
         out: Folder for weights, logs and snapshots.
-        resume: Continue the training in OUT with its configuration.
-        minutes: Stop and save after so many minutes.
+        resume: Continue the training in OUT, with the configuration it started with.
+        minutes: Stop cleanly after this many minutes.
         overrides: Any other field of the configuration; may be repeated:
-            --set ddpg.batch=512 --set actor_sizes.lens=fine.
-            start=FILE begins with the actor of a weights file, start=FILE,FILE,... with the
-            mean of several that were trained from one beginning; with imitation.iterations=0
-            the preset fast then learns critics for it and nothing else.
-        snapshot_s: Seconds between snapshots to resume from.
+            --set ddpg.batch_size=512 --set actor_sizes.lens=fine.
+            init_from=FILE starts from the actor of a weights file, init_from=FILE,FILE,...
+            from the mean of several that were trained from the same start; with
+            dagger.iterations=0 the preset fast then trains critics for it and nothing else.
+        snapshot_s: Seconds between two snapshots to resume from.
         tensorboard: Also write TensorBoard logs if tensorboardX is installed.
     """
     import jax
@@ -49,28 +49,28 @@ def run(
     from glasshelm.core.terminal import Terminal
     from glasshelm.ship.nomoto import ship_named
     from glasshelm.training.config import override, preset_named
-    from glasshelm.training.trainer import BEST, FINAL, LoopSettings, train
-    from glasshelm.training.training_progress import Display
-    from glasshelm.training.training_state import read_place
+    from glasshelm.training.trainer import BEST_FILE, FINAL_FILE, TrainerSettings, train
+    from glasshelm.training.training_progress import TrainingProgress
+    from glasshelm.training.training_state import read_position
 
-    asked = {"actor": actor, "critic": critic, "ship": ship, "seed": seed}
-    asked = {name: value for name, value in asked.items() if value is not None}
+    options = {"actor": actor, "critic": critic, "ship": ship, "seed": seed}
+    options = {name: value for name, value in options.items() if value is not None}
     if resume:
-        _, config = read_place(out)
-        if override(dataclasses.replace(config, **asked), overrides) != config:
-            raise InputError(f"{out}: begun with other settings; --resume takes none")
+        _, config = read_position(out)
+        if override(dataclasses.replace(config, **options), overrides) != config:
+            raise InputError(f"{out}: started with other settings; --resume takes none")
     else:
-        config = override(dataclasses.replace(preset_named(preset), **asked), overrides)
+        config = override(dataclasses.replace(preset_named(preset), **options), overrides)
     ship_named(config.ship)
     console = Terminal(stderr=False)
     console.say(
         f"{config.preset}: {config.actor} actor, critics by {config.critic}, ship {config.ship}, "
         f"seed {config.seed}, on {jax.devices()[0].device_kind}; writing {out}"
     )
-    with Display(console) as display:
-        loop = LoopSettings(minutes, snapshot_s, tensorboard)
-        whole = train(config, out, loop, resume, display)
-    if not whole:
-        console.say(f"saved in {out}; go on with: glasshelm train --resume --out {out}")
+    with TrainingProgress(console) as progress:
+        settings = TrainerSettings(minutes, snapshot_s, tensorboard)
+        complete = train(config, out, settings, resume, progress)
+    if not complete:
+        console.say(f"saved in {out}; continue with: glasshelm train --resume --out {out}")
         raise KeyboardInterrupt
-    console.say(f"pilots: {out / BEST} and {out / FINAL}")
+    console.say(f"pilots: {out / BEST_FILE} and {out / FINAL_FILE}")

@@ -48,12 +48,14 @@ class VoyageOptions(PilotOptions):
         """Return the scenario, its pilot, the number of frames at most, and the frames."""
         from glasshelm.certify.logged_measurements import with_bands
         from glasshelm.certify.sensor_error_bounds import declared
-        from glasshelm.encounters.scenario_factory import cut, scenario_from
+        from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
         from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
         from glasshelm.simulation.voyage import simulate, steps_of
 
         pilot, ship = resolve_pilot_and_ship(self.pilot, self.ship)
-        scenario = scenario_from(self.source, ship, self.own, self.at, cut(self.minutes))
+        scenario = scenario_from(
+            self.source, ship, self.own, self.at, recording_settings(self.minutes)
+        )
         n_steps = steps_of(scenario, self.steps)
         frames = simulate(scenario, pilot, n_steps, self.advise)
         if self.sensor_errors is not None:

@@ -12,7 +12,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import atomic_write
 
 #: Memory maps of a process at which its programs are let go: Linux ends it at 65,530.
-MOST_MAPS = 25_000
+MAX_MAPS = 25_000
 _log = logging.getLogger("glasshelm")
 
 
@@ -61,7 +61,7 @@ def _keep_whole() -> None:
     warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache entry")
 
 
-def clear_if_full(most: int = MOST_MAPS) -> bool:
+def clear_if_full(most: int = MAX_MAPS) -> bool:
     """Let this process's programs go if they take more memory maps than ``most``.
 
     For long work of many programs, between its parts: what is needed again is read from where it

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 #: What msgspec raises for bytes that are not JSON, or not of the type that they should be.
-NOT_JSON = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+DECODE_ERRORS = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 
 
 class InputError(ValueError):

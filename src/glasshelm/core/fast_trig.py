@@ -35,7 +35,7 @@ def _polynomial(x: Float[Array, "..."], coefficients: tuple[float, ...]) -> Floa
 
 
 @jax.custom_jvp
-def sine_cosine(
+def sincos(
     angle_rad: Float[Array, "..."],
 ) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
     """Sine and cosine of an angle [rad]."""
@@ -47,15 +47,15 @@ def sine_cosine(
     return sign * rest * _polynomial(square, _SINE), sign * _polynomial(square, _COSINE)
 
 
-@sine_cosine.defjvp
+@sincos.defjvp
 def _(primals, tangents):
     (angle,), (d_angle,) = primals, tangents
-    sine, cosine = sine_cosine(angle)
+    sine, cosine = sincos(angle)
     return (sine, cosine), (cosine * d_angle, -sine * d_angle)
 
 
 @jax.custom_jvp
-def arctangent2(y: Float[Array, "..."], x: Float[Array, "..."]) -> Float[Array, "..."]:
+def arctan2(y: Float[Array, "..."], x: Float[Array, "..."]) -> Float[Array, "..."]:
     """The angle in [−π, π] whose sine and cosine are as y to x; 0 for (0, 0)."""
     wide, high = jnp.abs(x), jnp.abs(y)
     long = jnp.maximum(wide, high)
@@ -66,9 +66,9 @@ def arctangent2(y: Float[Array, "..."], x: Float[Array, "..."]) -> Float[Array, 
     return jnp.where(y < 0, -angle, angle)
 
 
-@arctangent2.defjvp
+@arctan2.defjvp
 def _(primals, tangents):
     (y, x), (d_y, d_x) = primals, tangents
     square = x * x + y * y
     slope = (x * d_y - y * d_x) / jnp.where(square > 0, square, 1.0)
-    return arctangent2(y, x), slope
+    return arctan2(y, x), slope

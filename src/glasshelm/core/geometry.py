@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.core.fast_trig import arctangent2, sine_cosine
+from glasshelm.core.fast_trig import arctan2, sincos
 
 #: CPA is sought within one hour before or after now. Two ships on nearly the
 #: same course and speed have no meaningful CPA; the horizon keeps it finite.
@@ -52,18 +52,18 @@ def norm(v: Vector) -> Float[Array, "..."]:
 def direction(v: Vector) -> Float[Array, "..."]:
     """Direction of a vector, clockwise from its y axis, in [−π, π]; 0 for the zero vector."""
     zero = (v.x == 0) & (v.y == 0)
-    return arctangent2(jnp.where(zero, 0.0, v.x), jnp.where(zero, 1.0, v.y))
+    return arctan2(jnp.where(zero, 0.0, v.x), jnp.where(zero, 1.0, v.y))
 
 
 def velocity(course_rad: Float[Array, "..."], speed: float | Float[Array, "..."]) -> Vector:
     """Velocity over ground (east, north) of a course and a speed (Eq. 7)."""
-    sine, cosine = sine_cosine(course_rad)
+    sine, cosine = sincos(course_rad)
     return Vector(speed * sine, speed * cosine)
 
 
 def to_body(v: Vector, heading_rad: Float[Array, "..."]) -> Vector:
     """An (east, north) vector as (starboard, ahead) of a ship with that heading."""
-    s, c = sine_cosine(heading_rad)
+    s, c = sincos(heading_rad)
     return Vector(v.x * c - v.y * s, v.x * s + v.y * c)
 
 

@@ -12,7 +12,14 @@ import warnings
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, Task, TaskProgressColumn, TextColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TaskProgressColumn,
+    TextColumn,
+)
 from rich.progress import TimeRemainingColumn as TimeLeft
 from rich.text import Text
 
@@ -33,7 +40,7 @@ class Terminal(Console):
         self.print(text, soft_wrap=True)
 
 
-class Words(TextColumn):
+class TaskDescription(TextColumn):
     """What a task of a progress bar is doing."""
 
     def __init__(self) -> None:
@@ -43,10 +50,16 @@ class Words(TextColumn):
         return Text(printable(task.description))
 
 
-def progress(console: Console) -> Progress:
-    """A bar that goes when its work is done."""
-    columns = Words(), BarColumn(), TaskProgressColumn(), TimeLeft()
-    return Progress(*columns, console=console, transient=True)
+def progress(console: Console, *figures: ProgressColumn) -> Progress:
+    """A bar that disappears when its work is done; ``figures`` (a percentage) stand beside it."""
+    columns = (
+        TaskDescription(),
+        BarColumn(bar_width=24),
+        *(figures or (TaskProgressColumn(),)),
+        TimeLeft(),
+    )
+    shown = console.is_terminal
+    return Progress(*columns, console=console, transient=True, disable=not shown)
 
 
 def print_result(text: str) -> None:

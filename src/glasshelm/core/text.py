@@ -6,7 +6,7 @@ import zlib
 #: Joiners that letters of Persian or Hindi need: invisible, and harmless.
 _JOINERS = "\u200c\u200d"
 #: A longer name is nobody's.
-LONGEST_NAME = 120
+MAX_NAME_LENGTH = 120
 _MARKDOWN = re.compile(r"[\\`|*<$]|\](?=[(\[:])|\b_|_\b")
 
 
@@ -27,10 +27,10 @@ def printable_lines(text: str) -> str:
     return "\n".join(map(printable, text.split("\n")))
 
 
-def name_of(text: str) -> str:
-    """A name from outside: :func:`printable`, and no longer than :data:`LONGEST_NAME`."""
+def safe_name(text: str) -> str:
+    """A name from outside: :func:`printable`, and no longer than :data:`MAX_NAME_LENGTH`."""
     name = printable(text)
-    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+    return name if len(name) <= MAX_NAME_LENGTH else f"{name[: MAX_NAME_LENGTH - 1]}…"
 
 
 def file_name(text: str, longest: int = 80) -> str:

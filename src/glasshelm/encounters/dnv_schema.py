@@ -7,32 +7,61 @@ speeds and ``static.dimensions``. Positions are ``lat``/``lon`` or
 """
 
 import dataclasses
-import math
 from pathlib import Path
+from typing import Annotated, TypeAlias
 
 import msgspec
 
 from glasshelm.ais.files import read_document
-from glasshelm.core.errors import NOT_JSON, InputError
+from glasshelm.core.errors import DECODE_ERRORS, InputError
 
-SCHEMA_VERSION = "0.2.0"
-#: DNV's own reader refuses a file that does not name the version of its generator.
-TRAFFICGEN_VERSION = "0.8.5"
+Latitude: TypeAlias = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+Longitude: TypeAlias = Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
+Knots: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=102.3)]
+Degrees: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=360.0)]
+
+#: Keys of a situation that are known and not needed.
+_IGNORED = frozenset({"description", "schemaVersion", "trafficgenVersion"})
+#: JSON documents that are no situation, by keys that they have; what would be right.
+_OTHER_DOCUMENTS: tuple[tuple[frozenset[str], str], ...] = (
+    (frozenset({"encounters"}), "an input of the generator (encounters), not a situation: give "
+     "what the generator makes of it"),
+    (frozenset({"time_s", "own", "targets"}), "a log of frames, not a source: use glasshelm "
+     "explain or whatif, or bridge --replay"),
+    (frozenset({"type", "features"}), "GeoJSON, not a situation"),
+    (frozenset({"type", "geometry"}), "GeoJSON, not a situation"),
+    (frozenset({"type", "coordinates"}), "GeoJSON, not a situation"),
+    (frozenset({"updates"}), "Signal K deltas, not a situation: use signalk://HOST"),
+    (frozenset({"self", "version"}), "Signal K deltas, not a situation: use signalk://HOST"),
+)  # fmt: skip
 
 
-class _Part(msgspec.Struct, rename="camel", omit_defaults=True):
-    """Unknown fields are passed over, fields left at ``None`` not written."""
+class _Part(msgspec.Struct, rename="camel"):
+    """Unknown fields are ignored."""
 
 
 class Position(_Part):
-    lat: float | None = None
-    lon: float | None = None
-    latitude: float | None = None
-    longitude: float | None = None
+    lat: Latitude | None = None
+    lon: Longitude | None = None
+    latitude: Latitude | None = None
+    longitude: Longitude | None = None
+
+    def __post_init__(self) -> None:
+        self.lat = self.latitude if self.lat is None else self.lat
+        self.lon = self.longitude if self.lon is None else self.lon
+        if self.lat is None or self.lon is None:
+            raise ValueError(f"{'lat' if self.lat is None else 'lon'} is missing")
+
+    @property
+    def point(self) -> tuple[float, float]:
+        """Latitude and longitude [deg]."""
+        assert self.lat is not None
+        assert self.lon is not None
+        return self.lat, self.lon
 
 
 class Value(_Part):
-    value: float | None = None
+    value: Knots | None = None
 
 
 class RouteData(_Part):
@@ -40,7 +69,7 @@ class RouteData(_Part):
 
 
 class Leg(_Part):
-    sog: float | None = None
+    sog: Knots | None = None
     data: RouteData | None = None
 
 
@@ -49,13 +78,20 @@ class Waypoint(_Part):
     leg: Leg | None = None
     data: RouteData | None = None
 
+    @property
+    def leg_speed_kn(self) -> float | None:
+        """The speed on the leg that begins here."""
+        if self.leg is not None and self.leg.sog is not None:
+            return self.leg.sog
+        data = self.data or (self.leg.data if self.leg else None)
+        return data.sog.value if data and data.sog else None
+
 
 class Initial(_Part):
     position: Position | None = None
-    sog: float | None = None
-    cog: float | None = None
-    heading: float | None = None
-    nav_status: str | int | None = None
+    sog: Knots | None = None
+    cog: Degrees | None = None
+    heading: Degrees | None = None
 
 
 class Dimensions(_Part):
@@ -77,29 +113,26 @@ class Static(_Part):
     ship_type: str | int | None = None
 
 
-class Vessel(_Part):
+class ShipEntry(_Part):
     static: Static | None = None
     initial: Initial | None = None
     waypoints: list[Waypoint] | None = None
 
 
 class Situation(_Part):
-    own_ship: Vessel
-    target_ships: list[Vessel] | None = None
-    target_ship: list[Vessel] | None = None
+    own_ship: ShipEntry
+    target_ships: list[ShipEntry] | None = None
+    target_ship: list[ShipEntry] | None = None
     title: str | None = None
-    description: str | None = None
     start_time: str | None = None
-    schema_version: str | None = None
-    trafficgen_version: str | None = None
 
 
 @dataclasses.dataclass(frozen=True)
-class Voyage:
-    """What a vessel of a situation intends, layouts settled: degrees and knots.
+class VoyagePlan:
+    """What a ship of a situation intends, the same for both layouts: degrees and knots.
 
     ``points`` are (latitude, longitude), the start first; ``speeds_kn`` one a
-    leg. A vessel without a way to go has one point and sails on ``course_deg``.
+    leg. A ship without waypoints has one point and holds ``course_deg``.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -110,57 +143,43 @@ class Voyage:
     beam_m: float | None
     name: str | None
     id: str | None
-    kind: str | None
+    ship_type: str | None
 
 
-def read_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
+def read_situation_file(path: Path) -> tuple[Situation, tuple[str, ...]]:
     """The situation of a file, packed or not, in any encoding, and its keys that are not used.
 
-    InputError if it is missing, not JSON, something else than a situation, or of another layout.
+    Raises:
+        InputError: The file is missing, not JSON, not a situation, or of another layout.
     """
     data = read_document(path)
     try:
-        keys = _keys_of(path, data)
+        keys = _top_level_keys(path, data)
         situation = msgspec.json.decode(data, type=Situation)
     except msgspec.ValidationError as error:
         raise InputError(f"{path}: not a DNV traffic situation: {error}") from None
     except RecursionError:
         raise InputError(f"{path}: not a DNV traffic situation: nested too deep") from None
-    except NOT_JSON as error:
+    except DECODE_ERRORS as error:
         raise InputError(f"{path}: not JSON, or cut off ({error})") from None
     if situation.target_ships is None and situation.target_ship is None:
         raise InputError(
             f'{path}: no targetShips: a situation without any says so by "targetShips": []'
         )
-    used = {field.encode_name for field in msgspec.structs.fields(Situation)}
+    used = {field.encode_name for field in msgspec.structs.fields(Situation)} | _IGNORED
     return situation, tuple(key for key in keys if key not in used)
 
 
-#: What JSON holds that is no situation, by keys that it has; what would be right.
-_OTHERS: tuple[tuple[frozenset[str], str], ...] = (
-    (frozenset({"encounters"}), "an input of the generator (encounters), not a situation: give "
-     "what the generator makes of it"),
-    (frozenset({"time_s", "own", "targets"}), "a log of frames, not a source: use glasshelm "
-     "explain or whatif, or bridge --replay"),
-    (frozenset({"type", "features"}), "GeoJSON, not a situation"),
-    (frozenset({"type", "geometry"}), "GeoJSON, not a situation"),
-    (frozenset({"type", "coordinates"}), "GeoJSON, not a situation"),
-    (frozenset({"updates"}), "Signal K deltas, not a situation: use signalk://HOST"),
-    (frozenset({"self", "version"}), "Signal K deltas, not a situation: use signalk://HOST"),
-)  # fmt: skip
-
-
-def _keys_of(path: Path, data: bytes) -> tuple[str, ...]:
-    """The keys of a situation; InputError, by name, if a document is something else."""
-    first, _, more = data.strip().partition(b"\n")
+def _top_level_keys(path: Path, data: bytes) -> tuple[str, ...]:
+    """The keys of a situation. InputError if the document is known to be something else."""
     decoder = msgspec.json.Decoder(dict[str, msgspec.Raw])
-    try:  # lines of JSON
-        keys = tuple(decoder.decode(first if more.lstrip()[:1] == b"{" else data))
+    try:
+        keys = tuple(decoder.decode(data))
     except msgspec.ValidationError:
         raise
-    except msgspec.DecodeError:
-        keys = tuple(decoder.decode(data))
-    what = next((text for wanted, text in _OTHERS if wanted <= frozenset(keys)), None)
+    except msgspec.DecodeError:  # perhaps JSON lines
+        keys = tuple(decoder.decode(data.strip().partition(b"\n")[0]))
+    what = next((text for wanted, text in _OTHER_DOCUMENTS if wanted <= frozenset(keys)), None)
     if what is not None:
         raise InputError(f"{path}: {what}")
     if "ownShip" not in keys:
@@ -169,18 +188,25 @@ def _keys_of(path: Path, data: bytes) -> tuple[str, ...]:
     return keys
 
 
-def voyage(vessel: Vessel, where: str) -> Voyage:
-    """The voyage of a vessel; InputError naming ``where`` and the field that is missing or wrong.
+def voyage_plan(ship: ShipEntry, where: str) -> VoyagePlan:
+    """The plan of one ship of a situation.
 
     A waypoint's speed is that of the leg that begins there; a leg without one
     keeps the speed before it.
+
+    Args:
+        ship: The ship as the file has it.
+        where: The file and the key of the ship, for messages.
+
+    Raises:
+        InputError: A field is missing or impossible; the message names it.
     """
-    initial = vessel.initial or Initial()
-    waypoints = vessel.waypoints or []
-    points = [_point(w.position, f"{where}.waypoints[{i}]") for i, w in enumerate(waypoints)]
-    speeds = [_leg_speed(w) for w in waypoints]
+    initial, static = ship.initial or Initial(), ship.static or Static()
+    waypoints = ship.waypoints or []
+    points = [waypoint.position.point for waypoint in waypoints]
+    speeds = [waypoint.leg_speed_kn for waypoint in waypoints]
     if initial.position is not None:
-        start = _point(initial.position, f"{where}.initial")
+        start = initial.position.point
         if not points or max(abs(a - b) for a, b in zip(start, points[0], strict=True)) > 1e-6:
             points.insert(0, start)
             speeds.insert(0, initial.sog)
@@ -191,55 +217,33 @@ def voyage(vessel: Vessel, where: str) -> Voyage:
         raise InputError(f"{where}.initial.sog is missing, and no waypoint has leg.sog")
     legs = []
     for given in speeds[: max(len(points) - 1, 1)]:
-        speed = _number(speed if given is None else given, f"{where}: sog [kn]", 0.0, 102.3)
+        speed = speed if given is None else given
         legs.append(speed)
     course = initial.cog if initial.cog is not None else initial.heading
     if len(points) == 1 and course is None:
         raise InputError(f"{where}.initial.cog is missing, and there is no second waypoint")
-    static = vessel.static or Static()
     size = static.dimensions or Dimensions()
-    length = size.length or _sum(size.a, size.b) or static.length
-    beam = size.width or _sum(size.c, size.d) or static.width
     number = static.mmsi if static.mmsi is not None else static.id
-    return Voyage(
+    return VoyagePlan(
         tuple(points),
         tuple(legs),
-        None if course is None else _number(course, f"{where}.initial.cog", 0.0, 360.0),
-        None
-        if initial.heading is None
-        else _number(initial.heading, f"{where}.initial.heading", 0.0, 360.0),
-        None if length is None else _number(length, f"{where}.static: length [m]", 1.0, 500.0),
-        None if beam is None else _number(beam, f"{where}.static: width [m]", 0.5, 100.0),
+        course,
+        initial.heading,
+        _size(where, "length", (size.length, size.a, size.b, static.length), 1.0, 500.0),
+        _size(where, "width", (size.width, size.c, size.d, static.width), 0.5, 100.0),
         static.name,
         None if number is None else str(number),
         None if static.ship_type is None else str(static.ship_type),
     )
 
 
-def _leg_speed(waypoint: Waypoint) -> float | None:
-    if waypoint.leg is not None and waypoint.leg.sog is not None:
-        return waypoint.leg.sog
-    data = waypoint.data or (waypoint.leg.data if waypoint.leg else None)
-    return data.sog.value if data and data.sog else None
-
-
-def _point(position: Position, where: str) -> tuple[float, float]:
-    latitude = position.lat if position.lat is not None else position.latitude
-    longitude = position.lon if position.lon is not None else position.longitude
-    if latitude is None or longitude is None:
-        lacks = "lat" if latitude is None else "lon"
-        raise InputError(f"{where}.position.{lacks} is missing")
-    return (
-        _number(latitude, f"{where}.position.lat", -90.0, 90.0),
-        _number(longitude, f"{where}.position.lon", -180.0, 180.0),
-    )
-
-
-def _number(value: float, where: str, low: float, high: float) -> float:
-    if not (math.isfinite(value) and low <= value <= high):
-        raise InputError(f"{where} = {value}: must be between {low:g} and {high:g}")
-    return float(value)
-
-
-def _sum(first: float | None, second: float | None) -> float | None:
-    return None if first is None or second is None else first + second
+def _size(
+    where: str, name: str, given: tuple[float | None, ...], low: float, high: float
+) -> float | None:
+    """A length or width [m]: as such, as two distances from the antenna, or of the older layout."""
+    whole, first, second, older = given
+    both = None if first is None or second is None else first + second
+    value = whole or both or older
+    if value is not None and not low <= value <= high:
+        raise InputError(f"{where}.static: {name} = {value} m: must be {low:g} to {high:g}")
+    return value

@@ -10,6 +10,7 @@ ship and close on her slowly, from one side or from both.
 
 import dataclasses
 import math
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -64,6 +65,8 @@ CONVERGING = dataclasses.replace(
 )
 #: Distributions that a source string can name: ``random:7``, ``wide:7``, ``converging:7``.
 FAMILIES = {"random": PAPER, "wide": WIDE, "converging": CONVERGING}
+#: Seed of :func:`validation_encounters`; no training draws from it.
+VALIDATION_SEED = 20_240_501
 
 
 def random_encounter(
@@ -98,16 +101,32 @@ def random_encounter(
     )
 
 
+@partial(jax.jit, static_argnames=("size", "settings"))
+def random_encounters(
+    key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters = PAPER
+) -> Encounter:
+    """A batch of ``size`` independent random encounters."""
+    keys = jax.random.split(key, size)
+    return jax.vmap(lambda k: random_encounter(k, ship, settings))(keys)
+
+
+def validation_encounters(
+    ship: ShipParams, size: int = 256, settings: RandomEncounters = PAPER
+) -> Encounter:
+    """The fixed batch of random encounters on which pilots are validated and explained."""
+    return random_encounters(jax.random.key(VALIDATION_SEED), size, ship, settings)
+
+
 def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PAPER) -> Scenario:
     """The random encounter of one seed, with names, its empty slots dropped.
 
-    ``source`` says what draws it again (:func:`source_of`).
+    ``source`` says what draws it again (:func:`source_name`).
     """
     encounter = jax.jit(random_encounter, static_argnums=2)(jax.random.key(seed), ship, settings)
     count = int(encounter.present.sum())
     kept = jax.tree.map(lambda x: x[:count], encounter.targets)
     return Scenario(
-        source=source_of(seed, settings),
+        source=source_name(seed, settings),
         title=f"Random encounter {seed}: {count} {'ship' if count == 1 else 'ships'}",
         encounter=Encounter(encounter.own, encounter.route, kept, encounter.present[:count]),
         targets=tuple(TargetInfo(str(i + 1), f"ship {i + 1}") for i in range(count)),
@@ -116,7 +135,7 @@ def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PA
     )
 
 
-def source_of(seed: int, settings: RandomEncounters = PAPER) -> str:
+def source_name(seed: int, settings: RandomEncounters = PAPER) -> str:
     """What draws an encounter again: ``random:7``, ``wide:7``, ``random:7:3`` for exactly 3 ships.
 
     Of settings that no string names, the fields in which they differ from ``PAPER``.

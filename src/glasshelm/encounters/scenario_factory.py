@@ -26,7 +26,7 @@ SOURCES = (
     f"{', '.join(BUNDLED)}, or a file: a DNV traffic situation (json), "
     "a table of AIS (csv, parquet), or sentences (nmea)"
 )
-MOST_SHIPS = 500
+MAX_SHIPS = 500
 _LARGEST_SEED = 2**31 - 1
 
 
@@ -37,16 +37,23 @@ def scenario_from(
     at: str | datetime | None = None,
     settings: RecordingSettings = RecordingSettings(),
 ) -> Scenario:
-    """The scenario that ``source`` names, for a ship.
+    """The scenario that a source string names.
 
     ``random:7`` is the random encounter of seed 7, ``random:7:3`` one of
     exactly 3 ships; ``wide:7`` one of the wider distribution that pilots are
     trained on, ``converging:7`` one of ships that go much the same way;
     ``imazu:8b`` a designed case; ``gulf-of-finland`` and ``new-york`` are
-    recordings that come with the package; anything else is a file. ``own``,
-    ``at`` and ``settings`` are those of
-    :func:`glasshelm.encounters.recorded_traffic.recorded_scenario`. InputError for an
-    unknown source says what is possible.
+    recordings that come with the package; anything else is a file.
+
+    Args:
+        source: The source string.
+        ship: Own ship.
+        own: As :func:`~glasshelm.encounters.recorded_traffic.recorded_scenario`.
+        at: The same.
+        settings: The same.
+
+    Raises:
+        InputError: The source is unknown (the message lists what is possible), or unusable.
     """
     source = source.strip()
     kind = source.partition(":")[0]
@@ -59,7 +66,7 @@ def scenario_from(
     path = Path(source)
     if kind in (*FAMILIES, "imazu") and not _is_file(path):
         _only_recorded(source, own, at, settings)
-        return generated(source, ship)
+        return generated_scenario(source, ship)
     if not _is_file(path):
         raise InputError(f"no source {source[:200]!r} (nor such a file): choose {SOURCES}")
     if kind_of(path) == "json":
@@ -68,16 +75,16 @@ def scenario_from(
     return recorded_scenario(path, ship, own, at, settings)
 
 
-def cut(minutes: float | None) -> RecordingSettings:
-    """Settings by which so much of a recording is read; None: as long as own ship is heard."""
+def recording_settings(minutes: float | None) -> RecordingSettings:
+    """Settings to read so much of a recording; None: as long as own ship is recorded."""
     if minutes is None:
         return RecordingSettings()
     if not 0 < minutes < math.inf:
         raise InputError(f"{minutes:g} minutes: must be more than 0")
-    return RecordingSettings(lasts_s=60.0 * minutes)
+    return RecordingSettings(duration_s=60.0 * minutes)
 
 
-def generated(source: str, ship: ShipParams) -> Scenario:
+def generated_scenario(source: str, ship: ShipParams) -> Scenario:
     """The scenario of a generator (``random:7``, ``imazu:8b``); no file is ever looked at."""
     kind, _, rest = source.partition(":")
     if kind == "imazu":
@@ -100,14 +107,14 @@ def _random(family: str, rest: str, ship: ShipParams) -> Scenario:
     settings = FAMILIES[family]
     if len(given) > 1:
         ships = int(count)
-        if ships > MOST_SHIPS:
-            raise InputError(f"{source!r}: at most {MOST_SHIPS} ships")
+        if ships > MAX_SHIPS:
+            raise InputError(f"{source!r}: at most {MAX_SHIPS} ships")
         settings = dataclasses.replace(settings, targets=(ships, ships))
     return random_scenario(int(seed), ship, settings)
 
 
 def _only_recorded(source: str, own: object, at: object, settings: RecordingSettings) -> None:
-    given = {"an own ship": own, "a start time": at, "a number of minutes": settings.lasts_s}
+    given = {"an own ship": own, "a start time": at, "a number of minutes": settings.duration_s}
     for what, value in given.items():
         if value is not None:
             raise InputError(f"{source}: {what} can be chosen only in recorded traffic")

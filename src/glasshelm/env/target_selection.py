@@ -14,7 +14,7 @@ from glasshelm.ship.domain import danger_unclipped, domain_axes
 from glasshelm.ship.nomoto import SHIPS
 
 #: Ships fed at most.
-CAPACITY = 20
+MAX_TARGETS = 20
 #: Ships farther off are not fed [m].
 RANGE_M = 20_000.0
 #: How far ahead the feed looks [s].
@@ -25,7 +25,7 @@ _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx",
 
 def select_targets(
     observation: Observation,
-    capacity: int = CAPACITY,
+    capacity: int = MAX_TARGETS,
     loa_m: float | Float[Array, ""] = float(SHIPS["paper"].loa_m),
 ) -> tuple[Observation, Int[Array, " k"]]:
     """The observation of the most urgent ships in at most ``capacity`` slots, and their slots.

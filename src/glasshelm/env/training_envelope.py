@@ -24,7 +24,7 @@ from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, SHIPS, ShipParams, 
 SLACK = 0.02
 #: No feature of Eq. 10-11 is larger (of a length: 20 million km): what networks make of larger
 #: ones is no number.
-LARGEST = 1e6
+MAX_FEATURE = 1e6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,10 +111,10 @@ def _of_targets(
     return said
 
 
-def not_numbers(observation: Observation, names: Sequence[str] = ()) -> list[str]:
+def invalid_features(observation: Observation, names: Sequence[str] = ()) -> list[str]:
     """What in an observation is no possible number: the waypoint or ship, and which features.
 
-    Not finite, or larger than :data:`LARGEST`.
+    Not finite, or larger than :data:`MAX_FEATURE`.
 
     ``names`` are the ships' names by slot. Empty slots are not looked at.
     """
@@ -126,9 +126,9 @@ def not_numbers(observation: Observation, names: Sequence[str] = ()) -> list[str
     return said
 
 
-def check_numbers(observation: Observation, names: Sequence[str] = ()) -> None:
+def check_observation(observation: Observation, names: Sequence[str] = ()) -> None:
     """InputError naming the first thing in an observation that is no possible number."""
-    said = not_numbers(observation, names)
+    said = invalid_features(observation, names)
     if said:
         raise InputError(f"cannot decide: {said[0]}; check the positions, courses and speeds given")
 
@@ -136,7 +136,7 @@ def check_numbers(observation: Observation, names: Sequence[str] = ()) -> None:
 def _bad(name: str, frames: np.ndarray, features: tuple[str, ...]) -> list[str]:
     for wrong, what in (
         (~np.isfinite(frames), "no finite"),
-        (np.abs(frames) > LARGEST, "an impossible"),
+        (np.abs(frames) > MAX_FEATURE, "an impossible"),
     ):
         columns = np.any(wrong, axis=0).tolist()
         listed = ", ".join(f for f, bad in zip(features, columns, strict=True) if bad)

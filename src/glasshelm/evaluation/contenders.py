@@ -22,7 +22,7 @@ from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 #: The rooms whose code decides what a voyage comes to.
 VOYAGE = (
     "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
-    "networks", "pilots", "planning", "ship", "training/course_reversals.py",
+    "networks", "pilots", "planning", "ship",
 )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from glasshelm.core.terminal import Terminal, Words
+from glasshelm.core.terminal import TaskDescription, Terminal
 
 #: Where there is no terminal, a line at most so often [s].
 _LINE_S = 30.0
@@ -24,7 +24,7 @@ class Display:
         self.done = self.total = 0
         self._said = time.monotonic()
         self._bar = Progress(
-            Words(),
+            TaskDescription(),
             BarColumn(bar_width=24),
             MofNCompleteColumn(),
             TimeElapsedColumn(),

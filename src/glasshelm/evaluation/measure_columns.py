@@ -11,8 +11,8 @@ from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.result_cache import Found, Job
 from glasshelm.evaluation.rollout import SETTINGS
 from glasshelm.evaluation.types import Suite
+from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
-from glasshelm.training.course_reversals import WEAVING
 
 Columns = dict[str, np.ndarray]
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from glasshelm.core.text import file_name, name_of
+from glasshelm.core.text import file_name, safe_name
 from glasshelm.evaluation.examination import Examined, of_suite, stacked, suites_of
 from glasshelm.evaluation.measure_columns import Sailed
 from glasshelm.evaluation.statistics import rate
@@ -155,7 +155,7 @@ def worst_voyages(one: Sailed) -> Figure:
         _small(ax)
     for ax in axes[len(which) :]:
         ax.set_visible(False)
-    name, ship_name = name_of(one.entrant.name), one.entrant.ship_name
+    name, ship_name = safe_name(one.entrant.name), one.entrant.ship_name
     figure.suptitle(
         f"{name} on {ship_name}, {one.suite.name}: the {len(which)} worst of "
         f"{one.suite.size:,} encounters (own ship black, minutes beside her track)",
@@ -169,7 +169,7 @@ def _title(one: Sailed, number: int) -> str:
     margin = c["margin"][number]
     what = f"depth {margin:.2f}" if margin > 0 else f"clear by {-margin:.2f}"
     what = "collision" if c["collided"][number] else what
-    label = name_of(one.suite.labels[number].split("/")[-1])
+    label = safe_name(one.suite.labels[number].split("/")[-1])
     return f"{label}: {what}"
 
 

@@ -26,10 +26,10 @@ from glasshelm.evaluation.sensor_model import Picture, first_picture, next_pictu
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
-from glasshelm.planning.cross_entropy_search import Known
+from glasshelm.planning.cross_entropy_search import KnownEncounter
+from glasshelm.ship.course_reversals import Reversals
 from glasshelm.ship.hull_overlap import hull, hull_gap_m
-from glasshelm.ship.nomoto import ShipState, advance, drifted
-from glasshelm.training.course_reversals import Reversals
+from glasshelm.ship.nomoto import ShipState, advance, with_drift
 
 SETTINGS = EnvSettings()
 #: The first 1200 s, an episode of the paper's training (section 3.2), are measured apart.
@@ -98,7 +98,9 @@ def helm_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
         return BatchedPilot(pilot)
     still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))
     current = still if cases.disturbance is None else cases.disturbance.current_m_s
-    return pilot.knowing(Known(cases.encounter, cases.ship, jnp.asarray(cases.steps), current))
+    return pilot.knowing(
+        KnownEncounter(cases.encounter, cases.ship, jnp.asarray(cases.steps), current)
+    )
 
 
 def sail(helm: BatchPolicy, cases: Case, steps: int) -> Measures:
@@ -181,7 +183,7 @@ def proceed(case: Case, live: Live, action: Float[Array, ""]) -> Live:
     rudder = jnp.where(finite, jnp.clip(action, -1.0, 1.0), 0.0) * case.ship.rudder_limit_rad
     own = advance(live.state.own, rudder, case.ship, SETTINGS.step_s)
     if case.disturbance is not None:
-        own = drifted(own, case.disturbance.current_m_s, SETTINGS.step_s)
+        own = with_drift(own, case.disturbance.current_m_s, SETTINGS.step_s)
     out = observe_step(case.encounter, live.state, own, case.ship, SETTINGS)
     picture = live.picture
     if case.disturbance is not None and picture is not None:

@@ -15,10 +15,10 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 #: Beyond so many players 2ⁿ worths are too many for a decision every few seconds.
-MOST = 12
+MAX_EXACT = 12
 
 
-class Shares(eqx.Module):
+class ShapleyValues(eqx.Module):
     """How a worth v(N) is shared out among the players.
 
     ``none`` is v(∅), ``all`` v(N), ``by_ship`` the Shapley value φ_i of each
@@ -42,7 +42,7 @@ def coalitions(players: int) -> Bool[np.ndarray, "k n"]:
     return (rows >> np.arange(players)) % 2 == 1
 
 
-def shapley_values(worth: Float[Array, " k"]) -> Shares:
+def exact_from_worths(worth: Float[Array, " k"]) -> ShapleyValues:
     """φ_i = Σ_T |T|!(n−|T|−1)!/n! (v(T∪i) − v(T)) and I_ij, from the worths of all coalitions.
 
     ``worth`` [2ⁿ] is in the order of :func:`coalitions`. Both are one matrix
@@ -54,7 +54,7 @@ def shapley_values(worth: Float[Array, " k"]) -> Shares:
     gained = worth - worth[0]
     pairs = (of_two @ gained).reshape(players, players)
     nothing = jnp.zeros(players, worth.dtype)
-    return Shares(worth[0], worth[-1], of_one @ gained, pairs, nothing)
+    return ShapleyValues(worth[0], worth[-1], of_one @ gained, pairs, nothing)
 
 
 @lru_cache

@@ -3,7 +3,7 @@
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 
 
 class Intention(eqx.Module):
@@ -17,6 +17,6 @@ class Intention(eqx.Module):
     level: Float[Array, " n"]
 
 
-def intentions(value: Values, priority: Values, attention: Float[Array, " n"]) -> Intention:
+def intentions(value: QValues, priority: QValues, attention: Float[Array, " n"]) -> Intention:
     """Intention from the values and priorities of the decided rudder and the attention (Eq. 24)."""
     return Intention(priority.by_ship * attention, value.by_ship * attention)

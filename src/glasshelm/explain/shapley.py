@@ -23,7 +23,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
-from glasshelm.explain.coalitions import MOST, Shares, coalitions, shapley_values
+from glasshelm.explain.coalitions import MAX_EXACT, ShapleyValues, coalitions, exact_from_worths
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 
@@ -34,9 +34,9 @@ Worth = Callable[[Bool[Array, " n"]], Float[Array, ""]]
 #: Permutations drawn, each also read backwards, where there are too many ships for all coalitions.
 PERMUTATIONS = 128
 #: The same in every frame of a voyage.
-LIVE = 32
+LIVE_PERMUTATIONS = 32
 #: So many slots are taken as they are, empty ones included; and so many ships share out Q live.
-SMALL = 8
+MAX_PADDED_EXACT = 8
 
 
 def value_function(
@@ -66,18 +66,18 @@ def value_function(
     return contrast
 
 
-def exact_shapley(worth: Worth, ships: int) -> Shares:
+def exact_shapley(worth: Worth, ships: int) -> ShapleyValues:
     """Shares from the worths of all 2ⁿ coalitions of the first ``ships`` slots.
 
     ``vmap`` runs over the membership alone, so what does not depend on it
     (each ship's encoding, each pair's attention score) is computed once.
     """
-    return shapley_values(jax.vmap(worth)(jnp.asarray(coalitions(ships))))
+    return exact_from_worths(jax.vmap(worth)(jnp.asarray(coalitions(ships))))
 
 
-def sampled_shares(
+def sampled_shapley(
     worth: Worth, ships: int, seed: int = 0, permutations: int = PERMUTATIONS
-) -> Shares:
+) -> ShapleyValues:
     """Shares from random orders of joining, each also read backwards (antithetic).
 
     ``error`` is the standard error of the mean over the pairs of orders;
@@ -95,7 +95,7 @@ def sampled_shares(
 
     found = jax.lax.map(order, jnp.asarray(_ranks(ships, seed, permutations)))
     everyone = jnp.ones(ships, bool)
-    return Shares(
+    return ShapleyValues(
         worth(~everyone),
         worth(everyone),
         found.mean(0),
@@ -112,48 +112,50 @@ def _ranks(ships: int, seed: int, permutations: int) -> Int[np.ndarray, "k n"]:
     )
 
 
-def live_shares(worth: Worth, present: Bool[Array, " n"], most: int, sampled: bool) -> Shares:
+def shapley_padded(
+    worth: Worth, present: Bool[Array, " n"], most: int, sampled: bool
+) -> ShapleyValues:
     """Shares inside a program of any number of slots, some of them empty.
 
     Exact for up to ``most`` ships; beyond, ``sampled`` in :data:`LIVE` orders or not a
     number. Only the branch that is needed is computed, unless it is vmapped.
     """
     slots = present.shape[0]
-    if slots <= SMALL:  # an empty slot is a player who never adds anything
+    if slots <= MAX_PADDED_EXACT:  # an empty slot is a player who never adds anything
         return exact_shapley(worth, slots)
     first = jnp.argsort(~present, stable=True)[:most]
     one, two = jnp.zeros(slots), jnp.zeros((slots, slots))
 
-    def few() -> Shares:
+    def few() -> ShapleyValues:
         def among(members: Bool[Array, " m"]) -> Float[Array, ""]:
             return worth(jnp.zeros(slots, bool).at[first].set(members))
 
         found = exact_shapley(among, first.shape[0])
         pairs = two.at[first[:, None], first[None, :]].set(found.pairs)
-        return Shares(found.none, found.all, one.at[first].set(found.by_ship), pairs, one)
+        return ShapleyValues(found.none, found.all, one.at[first].set(found.by_ship), pairs, one)
 
-    def many() -> Shares:
+    def many() -> ShapleyValues:
         if sampled:
-            return sampled_shares(worth, slots, permutations=LIVE)
+            return sampled_shapley(worth, slots, permutations=LIVE_PERMUTATIONS)
         no = jnp.full((), jnp.nan)
-        return Shares(no, no, one + no, two + no, one)
+        return ShapleyValues(no, no, one + no, two + no, one)
 
     return jax.lax.cond(present.sum() <= most, few, many)
 
 
-def without_each(worth: Worth, ships: int) -> Float[Array, " n"]:
+def leave_one_out(worth: Worth, ships: int) -> Float[Array, " n"]:
     """v(N) − v(N∖i): what changes when one ship alone is left out."""
     everyone = jnp.ones(ships, bool)
     return worth(everyone) - jax.vmap(worth)(~jnp.eye(ships, dtype=bool))
 
 
-def ship_shares(
+def shapley_by_ship(
     game: Game,
     actor: Actor,
     critic: SubTaskCritic | None,
     observation: Observation,
     rudder_limit_rad: float,
-) -> Shares:
+) -> ShapleyValues:
     """Each ship's share of a decision, slot by slot; empty slots have none.
 
     For one observation on the host. Exact up to :data:`MOST` ships; beyond, from
@@ -172,7 +174,7 @@ def ship_shares(
     by_ship, error = np.zeros(slots, np.float32), np.zeros(slots, np.float32)
     pairs = np.zeros((slots, slots), np.float32)
     by_ship[here], error[here], pairs[places] = found.by_ship, found.error, found.pairs
-    return Shares(found.none, found.all, *(jnp.asarray(x) for x in (by_ship, pairs, error)))
+    return ShapleyValues(found.none, found.all, *(jnp.asarray(x) for x in (by_ship, pairs, error)))
 
 
 @eqx.filter_jit
@@ -182,9 +184,9 @@ def _program(
     critic: SubTaskCritic | None,
     scene: Observation,
     rudder_limit_rad: Float[Array, ""],
-) -> Shares:
+) -> ShapleyValues:
     ships = scene.present.shape[0]
     worth = value_function(game, actor, critic, scene, rudder_limit_rad)
-    if ships <= MOST:
+    if ships <= MAX_EXACT:
         return exact_shapley(worth, ships)
-    return sampled_shares(worth, ships)
+    return sampled_shapley(worth, ships)

@@ -8,20 +8,20 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.env.observe import Observation
 from glasshelm.explain.attention import attention_of
-from glasshelm.explain.coalitions import MOST, Shares
+from glasshelm.explain.coalitions import MAX_EXACT, ShapleyValues
 from glasshelm.explain.danger_zero import far_value
 from glasshelm.explain.intention import Intention, intentions
 from glasshelm.explain.priority import priorities
 from glasshelm.explain.shapley import (
-    SMALL,
-    live_shares,
+    MAX_PADDED_EXACT,
+    leave_one_out,
+    shapley_padded,
     value_function,
-    without_each,
 )
 from glasshelm.explain.sweep import RUDDERS, Sweep, rudder_range
 from glasshelm.explain.values import pick, values_at
 from glasshelm.networks.actors import Actor
-from glasshelm.networks.critics import SubTaskCritic, Values
+from glasshelm.networks.critics import QValues, SubTaskCritic
 
 
 class Explanation(eqx.Module):
@@ -37,15 +37,15 @@ class Explanation(eqx.Module):
     """
 
     present: Bool[Array, " n"]
-    value: Values | None
-    priority: Values | None
+    value: QValues | None
+    priority: QValues | None
     far: Float[Array, ""] | None
     sweep: Sweep | None
     attention: Float[Array, " n"] | None
     intention: Intention | None
-    moves: Shares
-    left_out: Float[Array, " n"]
-    worth: Shares | None
+    rudder_shapley: ShapleyValues
+    leave_one_out: Float[Array, " n"]
+    value_shapley: ShapleyValues | None
 
 
 def explain(
@@ -63,8 +63,8 @@ def explain(
     attention, slots = attention_of(actor, observation), observation.present.shape[-1]
     rudder = value_function("rudder", actor, critic, observation, 1.0)
     moves, left_out = (
-        live_shares(rudder, observation.present, MOST, True),
-        without_each(rudder, slots),
+        shapley_padded(rudder, observation.present, MAX_EXACT, True),
+        leave_one_out(rudder, slots),
     )
     if critic is None:
         nothing = (None, None, None, None, attention, None)
@@ -80,15 +80,15 @@ def explain(
         value,
         priority,
         far_value(critic, action),
-        Sweep(sweep, Values(values.waypoint[2:], values.by_ship[2:])),
+        Sweep(sweep, QValues(values.waypoint[2:], values.by_ship[2:])),
         attention,
         None if attention is None else intentions(value, priority, attention),
         moves,
         left_out,
-        live_shares(
+        shapley_padded(
             value_function("decision", actor, critic, observation, 1.0),
             observation.present,
-            SMALL,
+            MAX_PADDED_EXACT,
             sampled=False,
         ),
     )
@@ -108,11 +108,11 @@ def _by_slot(e: Explanation) -> list[Any]:
         found.append(e.attention)
     if e.intention is not None:
         found += [e.intention.increment, e.intention.level]
-    for shares in (e.moves, e.worth):
+    for shares in (e.rudder_shapley, e.value_shapley):
         found += [] if shares is None else [shares.by_ship, shares.error]
-    return [*found, e.left_out]
+    return [*found, e.leave_one_out]
 
 
 def _by_pair(e: Explanation) -> list[Any]:
     """The arrays whose last two axes are the slots."""
-    return [shares.pairs for shares in (e.moves, e.worth) if shares is not None]
+    return [shares.pairs for shares in (e.rudder_shapley, e.value_shapley) if shares is not None]

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 
 RUDDERS = 21  # from hard port to hard starboard, rudder 0 among them
 
@@ -13,7 +13,7 @@ class Sweep(eqx.Module):
     """Actions [k], fractions of the rudder limit, and the value of each: [k] and [k, n]."""
 
     action: Float[Array, " k"]
-    value: Values
+    value: QValues
 
 
 def rudder_range(rudders: int = RUDDERS) -> Float[Array, " k"]:

@@ -4,12 +4,12 @@ import jax
 from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
-from glasshelm.networks.critics import SubTaskCritic, Values
+from glasshelm.networks.critics import QValues, SubTaskCritic
 
 
 def values_at(
     critic: SubTaskCritic, observation: Observation, actions: Float[Array, " k"]
-) -> Values:
+) -> QValues:
     """Q_wp(s, a) [k] and Q_ca(s_i, a) [k, n] of every action (Eq. 19).
 
     ``actions`` are fractions of the rudder limit. The part of each head's first
@@ -18,6 +18,6 @@ def values_at(
     return jax.vmap(lambda action: critic(observation, action))(actions)
 
 
-def pick(values: Values, index: int) -> Values:
+def pick(values: QValues, index: int) -> QValues:
     """The values of one of the actions of :func:`values_at`."""
-    return Values(values.waypoint[index], values.by_ship[index])
+    return QValues(values.waypoint[index], values.by_ship[index])

@@ -8,15 +8,15 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.step import EnvState, step
+from glasshelm.networks.actors import Policy
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.validation import Steers
 
 #: Steps of the two futures: five minutes.
 STEPS = 60
 
 
 def turned_without(
-    actor: Steers, encounter: Encounter, state: EnvState, ship: ShipParams
+    actor: Policy, encounter: Encounter, state: EnvState, ship: ShipParams
 ) -> Float[Array, " n"]:
     """How much farther to starboard own ship heads after five minutes because ship i is there.
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.explain.coalitions import coalitions, shapley_values
+from glasshelm.explain.coalitions import coalitions, exact_from_worths
 
 
 class Scores(eqx.Module):
@@ -40,7 +40,7 @@ def scores(
     ``signed``: it claims a side, and is in the units of ``worth``.
     """
     players = told.shape[0]
-    true = shapley_values(worth).by_ship
+    true = exact_from_worths(worth).by_ship
     size, place = jnp.abs(true), _places(jnp.abs(told))
     right = (jnp.sign(told) == jnp.sign(true)) * size
     sign = jnp.where(signed, right.sum() / jnp.maximum(size.sum(), 1e-12), jnp.nan)

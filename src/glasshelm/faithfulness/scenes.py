@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Int
 
+from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState, reset, step
@@ -18,7 +19,6 @@ from glasshelm.faithfulness.chunking import in_chunks
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.validation import evaluation_set
 
 #: A scene counts if some ship moves the rudder by so much (Shapley value of the rudder) [rad].
 MATTERS_RAD = float(np.radians(0.25))
@@ -60,7 +60,7 @@ def scenes_of(
     ship moves her rudder by :data:`MATTERS_RAD` are left out.
     """
     ship = pilot.trained.ship
-    drawn = evaluation_set(ship, encounters)
+    drawn = validation_encounters(ship, encounters)
     states = _voyages(pilot.actor, drawn, ship)
     instants = states.step.shape[0]
     count = np.asarray(drawn.present.sum(-1))

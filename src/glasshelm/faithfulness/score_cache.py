@@ -14,7 +14,6 @@ from glasshelm.pilots.learned import LearnedPilot
 #: The rooms whose code decides the scores: not those that only show them.
 _ROOMS = (
     "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explain", "networks", "ship",
-    "training/validation.py",
     *(f"faithfulness/{name}.py" for name in
       ("chunking", "counterfactual", "exam_runner", "explainers", "metrics", "sanity_checks",
        "scenes")),

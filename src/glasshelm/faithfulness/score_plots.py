@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from glasshelm.core.text import name_of
+from glasshelm.core.text import safe_name
 from glasshelm.faithfulness.exam_runner import Examined
 from glasshelm.faithfulness.score_tables import DECIDING, HEADERS, NULL, score_of
 from glasshelm.figures.style import INK, SOFT, new_figure, styled
@@ -48,6 +48,6 @@ def scores_figure(seeds: Sequence[Examined], name: str) -> Figure:
         axes[-1].plot([], [], "o-", color=colour, ms=3.5, label=_SAID[kind])
     axes[-1].plot([], [], color=SOFT, lw=0.7, ls="--", label="DCPA and TCPA")
     figure.legend(loc="outside lower center", ncols=4)
-    title = f"Which explanations of {name_of(name)} are true (0: chance, 1: best)"
+    title = f"Which explanations of {safe_name(name)} are true (0: chance, 1: best)"
     figure.suptitle(title, color=INK, fontsize=9, x=0.01, ha="left")
     return figure

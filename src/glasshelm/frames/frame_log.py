@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 import msgspec
 
-from glasshelm.core.errors import NOT_JSON, InputError, hide_paths
+from glasshelm.core.errors import DECODE_ERRORS, InputError, hide_paths
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.frames.schema import Frame
 
@@ -158,7 +158,7 @@ def read_log(path: str | Path) -> Iterator[Frame]:
         for number, line in lines(file, str(path)):
             try:
                 yield decoder.decode(line)
-            except NOT_JSON as error:
+            except DECODE_ERRORS as error:
                 if not line.endswith(b"\n"):
                     return
                 raise InputError(f"{path}: line {number} is not a frame ({error})") from None

@@ -14,7 +14,7 @@ from datetime import datetime
 
 import msgspec
 
-from glasshelm.core.text import name_of, printable
+from glasshelm.core.text import printable, safe_name
 
 
 class _Part(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -172,7 +172,7 @@ class Target(_Part, frozen=True):
 
     def __post_init__(self) -> None:
         self._clean(printable, "id")
-        self._clean(name_of, "name")
+        self._clean(safe_name, "name")
 
 
 class Frame(_Part, frozen=True):

@@ -5,6 +5,7 @@ positive. ``fleet`` chooses padded slots (default) or packed rows.
 """
 
 import dataclasses
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -16,6 +17,9 @@ from glasshelm.env.observe import Observation
 from glasshelm.networks.input_features import Lens, encode, input_size
 from glasshelm.networks.mlp import Mlp, leaky_relu, softsign
 from glasshelm.networks.ship_batch import Padded, ShipBatch
+
+#: Anything that steers as an actor does: observations -> rudders in [−1, 1].
+Policy = Callable[[Observation], Float[Array, "*b"]]
 
 
 @dataclasses.dataclass(frozen=True)

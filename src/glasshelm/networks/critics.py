@@ -22,7 +22,7 @@ class CriticSizes:
     lens: Lens = "flat"
 
 
-class Values(eqx.Module):
+class QValues(eqx.Module):
     """Q split by sub-task: ``waypoint`` [*b] and ``by_ship`` [*b, n] (0 in empty slots)."""
 
     waypoint: Float[Array, "*b"]
@@ -65,13 +65,13 @@ class SubTaskCritic(eqx.Module):
 
     def __call__(
         self, observation: Observation, action: Float[Array, "*b"], fleet: ShipBatch | None = None
-    ) -> Values:
+    ) -> QValues:
         """Values of a rudder ``action`` (a fraction of the limit), head by head."""
         fleet = Padded(observation.present) if fleet is None else fleet
         column = action[..., None]
         own = encode(self.lens, observation.waypoint)
         others = encode(self.lens, fleet.rows(observation.targets))
-        return Values(
+        return QValues(
             _head(self.of_waypoint, own, column),
             fleet.slots(_head(self.of_target, others, fleet.spread(column))),
         )

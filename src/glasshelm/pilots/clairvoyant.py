@@ -16,18 +16,18 @@ from jaxtyping import Array, Float, Int
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvSettings, observe_step, reset
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.pilots.course_pilot import CoursePilot, Method
+from glasshelm.pilots.course_pilot import CourseMethod, CoursePilot
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import METHODS
 from glasshelm.planning.cross_entropy_search import (
-    Known,
-    Sailed,
+    KnownEncounter,
+    Rollout,
     SearchSettings,
-    as_sailed,
     best_of,
     improve_all,
+    rollout,
 )
-from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, drifted
+from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, with_drift
 
 #: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
 _CHUNK, _STEPS = 64, 240
@@ -62,7 +62,7 @@ class Clairvoyant(eqx.Module):
     settings: SearchSettings = eqx.field(static=True, default=SearchSettings())
     seed: int = eqx.field(static=True, default=0)
 
-    def knowing(self, known: Known) -> Playback:
+    def knowing(self, known: KnownEncounter) -> Playback:
         """Who steers a batch of encounters as well as the search could find out.
 
         What is there twice is searched once, and found alike whatever else is in the batch.
@@ -81,7 +81,7 @@ class Clairvoyant(eqx.Module):
 def starting_pilots(ship: ShipParams) -> tuple[Pilot, ...]:
     """Whose voyages the search begins from: the planner, rules, and courses kept to either side."""
     methods = [METHODS[name] for name in ("planner", "mpc", "cpa", "waypoint")]
-    methods += [Method(_steady, float(np.radians(a))) for a in (-90, -45, 45, 90)]
+    methods += [CourseMethod(_steady, float(np.radians(a))) for a in (-90, -45, 45, 90)]
     return tuple(CoursePilot(ship, "start", method) for method in methods)
 
 
@@ -99,14 +99,14 @@ ORACLE_PILOTS = {
 
 
 @partial(jax.jit, static_argnames="steps")
-def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
+def record(pilot: Pilot, known: KnownEncounter, steps: int) -> Float[Array, "w t"]:
     """The rudders of a pilot in each encounter, as fractions of the limit."""
     helm, size = BatchedPilot(pilot), known.steps.shape[0]
 
-    def proceed(known: Known, state, action: Float[Array, ""]):
+    def proceed(known: KnownEncounter, state, action: Float[Array, ""]):
         rudder = action * known.ship.rudder_limit_rad
         own = advance(state.own, rudder, known.ship, _WORLD.step_s)
-        own = drifted(own, known.current_m_s, _WORLD.step_s)
+        own = with_drift(own, known.current_m_s, _WORLD.step_s)
         return observe_step(known.encounter, state, own, known.ship).state
 
     def go(carry, _):
@@ -120,7 +120,11 @@ def record(pilot: Pilot, known: Known, steps: int) -> Float[Array, "w t"]:
 
 
 def _search(
-    chunk: Known, steps: int, settings: SearchSettings, pilots: tuple[Pilot, ...], key: Array
+    chunk: KnownEncounter,
+    steps: int,
+    settings: SearchSettings,
+    pilots: tuple[Pilot, ...],
+    key: Array,
 ) -> Float[np.ndarray, "w t"]:
     """Rudders for ``_CHUNK`` encounters."""
     starts = jnp.stack([record(p, chunk, steps) for p in pilots])
@@ -146,22 +150,22 @@ def _search(
 
 
 @jax.jit
-def _sailed(chunk: Known, starts: Float[Array, "m w t"]) -> Sailed:
-    one = jax.vmap(lambda k, r: as_sailed(k, r * k.ship.rudder_limit_rad))
+def _sailed(chunk: KnownEncounter, starts: Float[Array, "m w t"]) -> Rollout:
+    one = jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))
     return jax.vmap(lambda r: one(chunk, r))(starts)
 
 
 @partial(jax.jit, static_argnames="settings")
-def _best(chunk: Known, bases: Sailed, settings: SearchSettings) -> Sailed:
+def _best(chunk: KnownEncounter, bases: Rollout, settings: SearchSettings) -> Rollout:
     return jax.vmap(lambda k, b: best_of(b, k.ship, settings), in_axes=(0, 1))(chunk, bases)
 
 
 @partial(jax.jit, static_argnames="settings")
-def _value(chunk: Known, sailed: Sailed, settings: SearchSettings) -> Float[Array, " w"]:
+def _value(chunk: KnownEncounter, sailed: Rollout, settings: SearchSettings) -> Float[Array, " w"]:
     return jax.vmap(lambda k, s: s.value(k.ship, settings))(chunk, sailed)
 
 
-def _bytes(known: Known) -> np.ndarray:
+def _bytes(known: KnownEncounter) -> np.ndarray:
     """Every encounter as a row of bytes."""
     rows = [np.ascontiguousarray(np.asarray(leaf)) for leaf in jax.tree.leaves(known)]
     return np.concatenate([row.reshape(len(row), -1).view(np.uint8) for row in rows], axis=1)

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from glasshelm.env.observe import Observation
-from glasshelm.planning.course_planner import rudder_to
+from glasshelm.planning.course_planner import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
 #: From an observation, the course being steered (both courses off the waypoint's bearing, [rad]),
@@ -19,15 +19,15 @@ Rule = Callable[[Observation, Float[Array, ""], ShipParams, Any], Float[Array, "
 
 
 @dataclasses.dataclass(frozen=True)
-class Method:
-    """A way of choosing courses: a rule, its settings, and every how many decisions it is asked."""
+class CourseMethod:
+    """A way of choosing courses: a rule, its settings, and how often it is asked."""
 
     rule: Rule
     settings: Any
-    every: int = 6
+    period: int = 6
 
 
-class Intent(eqx.Module):
+class CourseMemory(eqx.Module):
     """The course being steered, off the waypoint's bearing, and the decisions since the start."""
 
     offset_rad: Float[Array, "*b"]
@@ -35,23 +35,25 @@ class Intent(eqx.Module):
 
 
 class CoursePilot(eqx.Module):
-    """Asks its method for a course every ``method.every`` decisions and steers it in between."""
+    """Asks its method for a course period ``method.period`` decisions and steers it in between."""
 
     ship: ShipParams = eqx.field(static=True)
     name: str = eqx.field(static=True)
-    method: Method = eqx.field(static=True)
+    method: CourseMethod = eqx.field(static=True)
 
-    def start(self) -> Intent:
-        return Intent(jnp.zeros(()), jnp.zeros((), jnp.int32))
+    def start(self) -> CourseMemory:
+        return CourseMemory(jnp.zeros(()), jnp.zeros((), jnp.int32))
 
-    def steer(self, observation: Observation, memory: Intent) -> tuple[Float[Array, ""], Intent]:
+    def steer(
+        self, observation: Observation, memory: CourseMemory
+    ) -> tuple[Float[Array, ""], CourseMemory]:
         one = jax.tree.map(lambda x: x[None], (observation, memory))
         rudder, memory = self.steer_together(*one)
         return rudder[0], jax.tree.map(lambda x: x[0], memory)
 
     def steer_together(
-        self, observation: Observation, memory: Intent
-    ) -> tuple[Float[Array, " w"], Intent]:
+        self, observation: Observation, memory: CourseMemory
+    ) -> tuple[Float[Array, " w"], CourseMemory]:
         """The rudders of worlds in step with each other: all set their courses at once."""
         method = self.method
 
@@ -59,9 +61,9 @@ class CoursePilot(eqx.Module):
             return method.rule(s, offset, self.ship, method.settings)
 
         offset = jax.lax.cond(
-            memory.age[0] % method.every == 0,
+            memory.age[0] % method.period == 0,
             lambda: jax.vmap(choose)(observation, memory.offset_rad),
             lambda: memory.offset_rad,
         )
-        rudder = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, observation)
-        return rudder, Intent(offset, memory.age + 1)
+        rudder = jax.vmap(lambda o, s: rudder_towards(o, s, self.ship))(offset, observation)
+        return rudder, CourseMemory(offset, memory.age + 1)

@@ -18,7 +18,7 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.colregs.encounter_type import Meeting, meetings
 from glasshelm.core.geometry import Cpa
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.planning.course_planner import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on
 from glasshelm.ship.nomoto import ShipParams
@@ -97,4 +97,4 @@ def best_alteration(
     return offsets[jnp.argmin(100.0 * short + size)]
 
 
-CPA = Method(cpa_course, CpaSettings())
+CPA = CourseMethod(cpa_course, CpaSettings())

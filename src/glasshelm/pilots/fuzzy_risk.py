@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.core.geometry import Cpa
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.pilots.cpa_rule import best_alteration
 from glasshelm.planning.course_planner import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on
@@ -81,4 +81,4 @@ def fuzzy_course(
     return jnp.where(worst(at.bearing_rad[None])[0] > limit, chosen, 0.0)
 
 
-FUZZY = Method(fuzzy_course, FuzzySettings())
+FUZZY = CourseMethod(fuzzy_course, FuzzySettings())

@@ -18,7 +18,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_to
+from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_towards
 from glasshelm.planning.lookahead import Lookahead, look_ahead
 from glasshelm.ship.nomoto import ShipParams
 
@@ -46,11 +46,11 @@ class GuardSettings:
 class GuardState(eqx.Module):
     """What the guard remembers from its last look.
 
-    ``guards``: it has the helm, on a course ``offset_rad`` off the bearing of the waypoint.
+    ``engaged``: it has the helm, on a course ``offset_rad`` off the bearing of the waypoint.
     ``age``: decisions since the start.
     """
 
-    guards: Bool[Array, "*b"]
+    engaged: Bool[Array, "*b"]
     offset_rad: Float[Array, "*b"]
     age: Int[Array, "*b"]
 
@@ -97,24 +97,24 @@ class GuardedPilot(eqx.Module):
         self, observation: Observation, memory: GuardState
     ) -> tuple[Float[Array, " w"], GuardState]:
         """The rudders of worlds in step with each other: their guards look at once."""
-        guards, offset = jax.lax.cond(
+        engaged, offset = jax.lax.cond(
             memory.age[0] % self.settings.every == 0,
             lambda: self._look(observation),
-            lambda: (memory.guards, memory.offset_rad),
+            lambda: (memory.engaged, memory.offset_rad),
         )
         own = jax.vmap(self.pilot.actor)(observation)
-        planned = jax.vmap(lambda o, s: rudder_to(o, s, self.ship))(offset, observation)
-        return jnp.where(guards, planned, own), GuardState(guards, offset, memory.age + 1)
+        planned = jax.vmap(lambda o, s: rudder_towards(o, s, self.ship))(offset, observation)
+        return jnp.where(engaged, planned, own), GuardState(engaged, offset, memory.age + 1)
 
     def _look(self, observation: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
         """In which worlds the guard takes the helm, and on which course; planned only if in any."""
-        guards = jnp.isfinite(jax.vmap(self.ahead)(observation).within_s)
+        engaged = jnp.isfinite(jax.vmap(self.ahead)(observation).within_s)
         offset = jax.lax.cond(
-            guards.any(),
+            engaged.any(),
             lambda: jax.vmap(self._planned)(observation),
-            lambda: jnp.zeros_like(guards, jnp.float32),
+            lambda: jnp.zeros_like(engaged, jnp.float32),
         )
-        return guards, offset
+        return engaged, offset
 
     def _planned(self, observation: Observation) -> Float[Array, ""]:
         return plan_course(observation, self.ship, self.settings.planner).offset_rad

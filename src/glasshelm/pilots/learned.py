@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
 from glasshelm.env.padding import bucket_size, pad_observation
-from glasshelm.env.training_envelope import TrainingEnvelope, check_numbers
+from glasshelm.env.training_envelope import TrainingEnvelope, check_observation
 from glasshelm.explain.step_explanation import Explanation, cut, explain
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.checkpoint import file_sha256
@@ -52,7 +52,7 @@ class LearnedPilot(eqx.Module):
         InputError names the waypoint or the ship of which something is seen that
         is no possible number.
         """
-        check_numbers(observation)
+        check_observation(observation)
         slots = observation.present.shape[-1]
         decided = _decide(self, pad_observation(observation, bucket_size(slots)))
         return Decided(decided.action, decided.rudder_rad, _cut(decided.explanation, slots))

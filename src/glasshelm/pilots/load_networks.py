@@ -9,17 +9,19 @@ import jax
 import msgspec
 
 from glasshelm.core.errors import InputError
+from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.env.step import EnvSettings
 from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.checkpoint import CheckpointError, load_tree, read_header
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.ship.nomoto import ShipParams, check_ship, ship_named
-from glasshelm.training.config import config_from_dict
 
 #: No network of ours has more layers, or wider ones.
 MOST_LAYERS, WIDEST = 64, 65_536
 
 Sizes = TypeVar("Sizes", ActorSizes, CriticSizes)
+Fields = TypeVar("Fields", ActorSizes, CriticSizes, RandomEncounters, EnvSettings)
 
 
 class Networks(eqx.Module):
@@ -36,8 +38,9 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
 
     ``header["actor"]`` has ``kind`` and the fields of :class:`ActorSizes`,
     ``header["critic"]`` those of :class:`CriticSizes` or is ``null``,
-    ``header["ship"]`` is a preset's name or the fields of :class:`ShipParams`;
-    ``header["config"]`` is the training's configuration, if there was one.
+    ``header["ship"]`` is a preset's name or the fields of :class:`ShipParams`.
+    ``header["encounters"]`` has the fields of :class:`RandomEncounters` and ``header["env"]``
+    those of :class:`EnvSettings`; without them, the envelope's defaults hold.
     InputError names the first thing that is missing or unknown.
     """
     actor = dict(_part(header, "actor"))
@@ -76,11 +79,15 @@ def read_networks(path: Path) -> tuple[Networks, TrainingEnvelope]:
 def _trained(header: dict[str, Any]) -> TrainingEnvelope:
     name = header.get("ship")
     ship = ship_named(name) if isinstance(name, str) else _ship(_part(header, "ship"))
-    if header.get("config") is None:
-        return TrainingEnvelope(ship)
-    config = config_from_dict(_part(header, "config"))
-    way = config.ddpg if config.way == "ddpg" else config.analytic
-    return TrainingEnvelope(ship, way.encounters, config.ddpg.world)
+    trained = TrainingEnvelope(ship)
+    if header.get("encounters") is not None:
+        encounters = _convert(RandomEncounters, "encounters", _part(header, "encounters"))
+        trained = dataclasses.replace(trained, encounters=encounters)
+    if header.get("env") is not None:
+        trained = dataclasses.replace(
+            trained, world=_convert(EnvSettings, "env", _part(header, "env"))
+        )
+    return trained
 
 
 def _part(header: dict[str, Any], name: str) -> dict[str, Any]:
@@ -92,13 +99,7 @@ def _part(header: dict[str, Any], name: str) -> dict[str, Any]:
 
 def _sizes(kind: type[Sizes], name: str, part: dict[str, Any]) -> Sizes:
     """Layer widths from their fields in a header; InputError if they are not its fields."""
-    unknown = sorted(set(part) - {field.name for field in dataclasses.fields(kind)})
-    if unknown:
-        raise _unfit(name, f"unknown field {unknown[0]!r}")
-    try:
-        sizes = msgspec.convert(part, kind)
-    except msgspec.ValidationError as error:
-        raise _unfit(name, str(error)) from None
+    sizes = _convert(kind, name, part)
     for field in dataclasses.fields(kind):
         widths = getattr(sizes, field.name)
         if not isinstance(widths, tuple):
@@ -108,6 +109,17 @@ def _sizes(kind: type[Sizes], name: str, part: dict[str, Any]) -> Sizes:
         if not all(1 <= width <= WIDEST for width in widths):
             raise _unfit(name, f"a layer of width {min(widths)} to {max(widths)}")
     return sizes
+
+
+def _convert(kind: type[Fields], name: str, part: dict[str, Any]) -> Fields:
+    """A dataclass from its fields in a header; InputError names one that is unknown or bad."""
+    unknown = sorted(set(part) - {field.name for field in dataclasses.fields(kind)})
+    if unknown:
+        raise _unfit(name, f"unknown field {unknown[0]!r}")
+    try:
+        return msgspec.convert(part, kind)
+    except msgspec.ValidationError as error:
+        raise _unfit(name, str(error)) from None
 
 
 def _ship(part: dict[str, Any]) -> ShipParams:

@@ -8,7 +8,7 @@ cannot say what it values, so its frames carry no explanation.
 from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.planning.course_planner import CourseSettings, plan_course
 from glasshelm.ship.nomoto import ShipParams
 
@@ -23,4 +23,4 @@ def planned_course(
     return plan_course(observation, ship, settings).offset_rad
 
 
-PLANNER = Method(planned_course, CourseSettings(), every=12)
+PLANNER = CourseMethod(planned_course, CourseSettings(), period=12)

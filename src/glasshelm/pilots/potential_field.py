@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.core.geometry import Vector, direction, norm, wrap_angle
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.planning.course_planner import situation_of
 from glasshelm.ship.nomoto import ShipParams
 
@@ -56,4 +56,4 @@ def potential_course(
     return wrap_angle(direction(force) - at.bearing_rad)
 
 
-POTENTIAL = Method(potential_course, PotentialSettings(), every=1)
+POTENTIAL = CourseMethod(potential_course, PotentialSettings(), period=1)

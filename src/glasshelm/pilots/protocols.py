@@ -5,7 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
-from glasshelm.planning.cross_entropy_search import Known
+from glasshelm.planning.cross_entropy_search import KnownEncounter
 
 #: What a pilot carries from one decision to the next: any pytree, () for none.
 Memory = Any
@@ -58,6 +58,6 @@ class OraclePilot(Protocol):
         """What people call it."""
         ...
 
-    def knowing(self, known: Known) -> BatchPolicy:
+    def knowing(self, known: KnownEncounter) -> BatchPolicy:
         """Who steers a batch of encounters, knowing all of each."""
         ...

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from glasshelm.core.errors import InputError
-from glasshelm.pilots.course_pilot import CoursePilot, Method
+from glasshelm.pilots.course_pilot import CourseMethod, CoursePilot
 from glasshelm.pilots.cpa_rule import CPA
 from glasshelm.pilots.function_pilot import function_pilot
 from glasshelm.pilots.fuzzy_risk import FUZZY
@@ -21,7 +21,7 @@ from glasshelm.ship.nomoto import SHIPS, ship_named
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
 #: Methods (docs/explanation/classical-pilots.md), each a pilot for each preset ship.
-METHODS: dict[str, Method] = {
+METHODS: dict[str, CourseMethod] = {
     "waypoint": WAYPOINT,
     "cpa": CPA,
     "vo": VELOCITY,
@@ -32,7 +32,7 @@ METHODS: dict[str, Method] = {
     "planner": PLANNER,
 }
 #: Pilots without weights, by name: ``straight``, and ``paper-cpa``, ``large-ship-planner``, …
-UNTRAINED: dict[str, Pilot] = {
+WITHOUT_WEIGHTS: dict[str, Pilot] = {
     "straight": StraightPilot(),
     **{
         name: CoursePilot(SHIPS[ship], name, method)
@@ -49,7 +49,7 @@ def bundled() -> tuple[str, ...]:
 
 def names() -> tuple[str, ...]:
     """Every pilot that needs no file: those bundled, the same guarded, those without weights."""
-    return (*bundled(), *(name + GUARDED for name in bundled()), *UNTRAINED)
+    return (*bundled(), *(name + GUARDED for name in bundled()), *WITHOUT_WEIGHTS)
 
 
 def default_pilot(ship: str) -> str:
@@ -70,8 +70,8 @@ def pilot_named(name: str | Path) -> Pilot:
     InputError lists the names that there are; CheckpointError tells what is
     wrong with a weights file.
     """
-    if str(name) in UNTRAINED:
-        return UNTRAINED[str(name)]
+    if str(name) in WITHOUT_WEIGHTS:
+        return WITHOUT_WEIGHTS[str(name)]
     if str(name).endswith(GUARDED):
         return GuardedPilot(_learned(str(name).removesuffix(GUARDED), bundled()))
     if ":" in str(name) and not str(name).endswith(SUFFIX):

@@ -21,7 +21,7 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.core.geometry import Vector, direction, norm, velocity, wrap_angle
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.planning.course_planner import PredictedOwn, Situation, sail_ahead, situation_of
 from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import ShipParams
@@ -136,4 +136,4 @@ def scenario_course(
     return offsets[jnp.argmin(costs)]
 
 
-SCENARIOS = Method(scenario_course, ScenarioSettings())
+SCENARIOS = CourseMethod(scenario_course, ScenarioSettings())

@@ -15,7 +15,7 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.colregs.encounter_type import Meeting, meetings
 from glasshelm.core.geometry import Vector, closest_approach, norm, wrap_angle
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.planning.course_planner import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on, try_courses
 from glasshelm.ship.nomoto import ShipParams
@@ -95,5 +95,5 @@ def passes_to_starboard(position: Vector, motion: Vector) -> Bool[Array, "*n"]:
     return closing & (position.x * motion.y - position.y * motion.x < 0)
 
 
-VELOCITY = Method(velocity_course, VelocitySettings())
-VELOCITY_COLREGS = Method(velocity_course, VelocitySettings(colregs=True))
+VELOCITY = CourseMethod(velocity_course, VelocitySettings())
+VELOCITY_COLREGS = CourseMethod(velocity_course, VelocitySettings(colregs=True))

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.course_pilot import Method
+from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.ship.nomoto import ShipParams
 
 
@@ -15,4 +15,4 @@ def waypoint_course(
     return jnp.zeros_like(offset_rad)
 
 
-WAYPOINT = Method(waypoint_course, None)
+WAYPOINT = CourseMethod(waypoint_course, None)

@@ -24,10 +24,10 @@ from glasshelm.ship.autopilot import Autopilot, autopilot_for
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipParams
 
-#: A beginning that is kept for so long counts as another choice (``stakes``).
+#: A beginning that is kept for so long counts as another choice (:func:`action_gap`).
 _LASTS_S = 200.0
 
-#: Rudders farther apart than this share of the limit are another choice (``stakes``).
+#: Rudders farther apart than this share of the limit are another choice (:func:`action_gap`).
 _ANOTHER = 0.5
 
 _SIDE = (10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0, 120.0)
@@ -85,15 +85,14 @@ class CourseSettings:
 class Plan(eqx.Module):
     """The best course now, and what steering otherwise would cost.
 
-    ``offset_rad`` is the course off the bearing of the waypoint. ``values``
-    holds the return of every manoeuvre, ``offsets_rad`` what it begins with, ``begins_s`` for how
-    long.
+    ``offset_rad`` is the course off the bearing of the waypoint. ``values`` holds the return of
+    every manoeuvre; each begins with ``first_offsets_rad`` for ``first_durations_s``.
     """
 
     offset_rad: Float[Array, "*b"]
     values: Float[Array, "*b c"]
-    offsets_rad: Float[Array, "*b c"]
-    begins_s: Float[Array, "*b c"]
+    first_offsets_rad: Float[Array, "*b c"]
+    first_durations_s: Float[Array, "*b c"]
 
 
 class Situation(eqx.Module):
@@ -263,7 +262,7 @@ def _meet(
     return ManoeuvreCost(bearing, met.value + steps * reward, worst, nearest)
 
 
-def rudder_to(
+def rudder_towards(
     offset_rad: Float[Array, ""], observation: Observation, ship: ShipParams
 ) -> Float[Array, ""]:
     """The rudder, as a fraction of the limit, that steers a course off the waypoint's bearing."""
@@ -272,30 +271,7 @@ def rudder_to(
     return autopilot_for(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
 
 
-def agreeing(
-    plan: Plan,
-    rudder: Float[Array, ""],
-    observation: Observation,
-    ship: ShipParams,
-    tolerance: float,
-) -> Plan:
-    """The plan with the best course that begins much as ``rudder`` does, if it is nearly as good.
-
-    Nearly: at most ``tolerance`` (in return) worse than the best of all; much the same, as in
-    :func:`stakes`: within half of the limit, for 200 s or more. Else the plan as it is. For a
-    pupil between two ways out: whichever it has chosen is right, and never their mean.
-    """
-    rudders = _rudders(plan, observation, ship)
-    alike = jnp.abs(rudders - rudder) <= _ANOTHER
-    values = jnp.where(alike & _lasts(plan), plan.values, -jnp.inf)
-    near = jnp.argmax(values)
-    offset = jnp.where(
-        values[near] >= plan.values.max() - tolerance, plan.offsets_rad[near], plan.offset_rad
-    )
-    return dataclasses.replace(plan, offset_rad=offset)
-
-
-def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, ""]:
+def action_gap(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 
     Another by half of the limit or more, for 200 s or more: what lasts a moment can be
@@ -304,7 +280,7 @@ def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Arra
     there is no other.
     """
     rudders = _rudders(plan, observation, ship)
-    first = rudder_to(plan.offset_rad, observation, ship)
+    first = rudder_towards(plan.offset_rad, observation, ship)
     best, lasts = plan.values.max(), _lasts(plan)
 
     def lost(those: Bool[Array, " c"]) -> Float[Array, ""]:
@@ -317,8 +293,10 @@ def stakes(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Arra
 
 def _rudders(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, " c"]:
     """What each manoeuvre begins with, as a fraction of the limit."""
-    return jax.vmap(lambda offset: rudder_to(offset, observation, ship))(plan.offsets_rad)
+    return jax.vmap(lambda offset: rudder_towards(offset, observation, ship))(
+        plan.first_offsets_rad
+    )
 
 
 def _lasts(plan: Plan) -> Bool[Array, " c"]:
-    return (plan.begins_s == 0.0) | (plan.begins_s >= _LASTS_S)
+    return (plan.first_durations_s == 0.0) | (plan.first_durations_s >= _LASTS_S)

@@ -20,7 +20,7 @@ from glasshelm.encounters.types import Encounter, Motion
 from glasshelm.env.rewards import step_reward
 from glasshelm.env.step import EnvSettings, margins, next_leg, targets_at, waypoint_of
 from glasshelm.ship.autopilot import autopilot_for
-from glasshelm.ship.nomoto import ShipParams, ShipState, advance, drifted
+from glasshelm.ship.nomoto import ShipParams, ShipState, advance, with_drift
 
 _WORLD = EnvSettings()
 
@@ -40,7 +40,7 @@ class SearchSettings:
     clear: float = 0.005
 
 
-class Known(eqx.Module):
+class KnownEncounter(eqx.Module):
     """All there is to know: the encounter, the true ship, the current (east, north) that carries
     her, and how many steps count. A batch has one more axis in front of every array.
     """
@@ -51,15 +51,15 @@ class Known(eqx.Module):
     current_m_s: Vector
 
     @staticmethod
-    def still(encounters: Encounter, ship: ShipParams, steps: int) -> "Known":
+    def still(encounters: Encounter, ship: ShipParams, steps: int) -> "KnownEncounter":
         """A batch of encounters for one ship without current, all equally long."""
         count = encounters.present.shape[0]
         each = jax.tree.map(lambda x: jnp.full(count, x, jnp.float32), ship)
         none = jnp.zeros(count)
-        return Known(encounters, each, jnp.full(count, steps), Vector(none, none))
+        return KnownEncounter(encounters, each, jnp.full(count, steps), Vector(none, none))
 
 
-class Sailed(eqx.Module):
+class Rollout(eqx.Module):
     """One imagined voyage: its rudder commands [rad], its headings and rates of turn, its worth.
 
     ``margin`` is the worst Eq. 13 (unclipped), ``range_m`` the nearest ship,
@@ -93,7 +93,9 @@ class _Ship(eqx.Module):
     under_way: Bool[Array, ""]
 
 
-def sail_altered(known: Known, base: Sailed, alteration_rad: Float[Array, " t"]) -> Sailed:
+def rollout_altered(
+    known: KnownEncounter, base: Rollout, alteration_rad: Float[Array, " t"]
+) -> Rollout:
     """The voyage ``base`` with its course altered, as the world would have it (Eq. 6-7, 13-18).
 
     It ends after ``known.steps``, or where the last waypoint is reached.
@@ -109,16 +111,16 @@ def sail_altered(known: Known, base: Sailed, alteration_rad: Float[Array, " t"])
         command = jnp.clip(rudder + change, -ship.rudder_limit_rad, ship.rudder_limit_rad)
         out = (command, at.own.heading_rad, at.own.rate_of_turn_rad_s)
         own = advance(at.own, command, ship, _WORLD.step_s)
-        met = _meet(known, at, drifted(own, known.current_m_s, _WORLD.step_s), motion)
+        met = _meet(known, at, with_drift(own, known.current_m_s, _WORLD.step_s), motion)
         counts = at.under_way & (n < known.steps)
         return jax.tree.map(lambda new, old: jnp.where(counts, new, old), met, at), out
 
     given = jnp.stack([base.rudder_rad, base.heading_rad, base.rate_rad_s, alteration_rad], -1)
     end, (rudders, headings, rates) = jax.lax.scan(go, _start(known), (given, motions, number))
-    return Sailed(rudders, headings, rates, end.margin, end.range_m, end.returned)
+    return Rollout(rudders, headings, rates, end.margin, end.range_m, end.returned)
 
 
-def _start(known: Known) -> _Ship:
+def _start(known: KnownEncounter) -> _Ship:
     """Own ship before the first step, which is all that is counted."""
     encounter, own = known.encounter, known.encounter.own
     motion = targets_at(encounter, jnp.zeros(()))
@@ -129,7 +131,7 @@ def _start(known: Known) -> _Ship:
     )  # fmt: skip
 
 
-def _meet(known: Known, before: _Ship, own: ShipState, motion: Motion) -> _Ship:
+def _meet(known: KnownEncounter, before: _Ship, own: ShipState, motion: Motion) -> _Ship:
     """Own ship a step later, at her new place."""
     depths = margins(own, motion, known.ship)
     dangers = jnp.maximum(depths, 0.0)
@@ -158,7 +160,7 @@ def _bearing(encounter: Encounter, own: ShipState, leg: Int[Array, ""]) -> Float
     return wrap_angle(way - own.heading_rad)
 
 
-def as_sailed(known: Known, rudder_rad: Float[Array, " t"]) -> Sailed:
+def rollout(known: KnownEncounter, rudder_rad: Float[Array, " t"]) -> Rollout:
     """The voyage of a row of rudder commands [rad]."""
 
     def go(own: ShipState, command: Float[Array, ""]):
@@ -167,21 +169,21 @@ def as_sailed(known: Known, rudder_rad: Float[Array, " t"]) -> Sailed:
 
     _, (heading, rate) = jax.lax.scan(go, known.encounter.own, rudder_rad)
     blank = jnp.zeros(())
-    base = Sailed(rudder_rad, heading, rate, blank, blank, blank)
-    return sail_altered(known, base, jnp.zeros_like(rudder_rad))
+    base = Rollout(rudder_rad, heading, rate, blank, blank, blank)
+    return rollout_altered(known, base, jnp.zeros_like(rudder_rad))
 
 
 def improve(
-    known: Known,
-    base: Sailed,
+    known: KnownEncounter,
+    base: Rollout,
     key: PRNGKeyArray,
     settings: SearchSettings = SearchSettings(),
-) -> Sailed:
+) -> Rollout:
     """The best voyage found near ``base``, by value; ``base`` itself if there is no better."""
     lines = _lines(settings.knots, base.rudder_rad.shape[0], known.steps)
 
-    def sail(knots: Float[Array, " k"]) -> Sailed:
-        return sail_altered(known, base, lines @ knots)
+    def sail(knots: Float[Array, " k"]) -> Rollout:
+        return rollout_altered(known, base, lines @ knots)
 
     def value(knots: Float[Array, " k"]) -> Float[Array, ""]:
         return sail(knots).value(known.ship, settings)
@@ -207,7 +209,7 @@ def improve(
     return sail(best)
 
 
-def best_of(sailed: Sailed, ship: ShipParams, settings: SearchSettings) -> Sailed:
+def best_of(sailed: Rollout, ship: ShipParams, settings: SearchSettings) -> Rollout:
     """The voyage of the greatest value along the first axis."""
     values = jax.vmap(lambda s: s.value(ship, settings))(sailed)
     return jax.tree.map(lambda x: x[jnp.argmax(values)], sailed)
@@ -215,11 +217,11 @@ def best_of(sailed: Sailed, ship: ShipParams, settings: SearchSettings) -> Saile
 
 @partial(jax.jit, static_argnames="settings")
 def improve_all(
-    known: Known,
-    bases: Sailed,
+    known: KnownEncounter,
+    bases: Rollout,
     key: PRNGKeyArray,
     settings: SearchSettings = SearchSettings(),
-) -> Sailed:
+) -> Rollout:
     """:func:`improve` for a batch: ``bases`` [w].
 
     All are searched with the same draws: what is found in one does not depend on the others.

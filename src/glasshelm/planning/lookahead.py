@@ -16,7 +16,7 @@ from glasshelm.planning.course_planner import situation_of
 from glasshelm.ship.nomoto import ShipParams, ShipState
 
 #: Steps for which a rudder is held in thought (15 s): a third of the decisions.
-HOLD = 3
+HOLD_STEPS = 3
 
 
 #: A world, and whether its waypoint was reached.
@@ -67,13 +67,13 @@ def look_ahead(
         state, arrived = carry
         rudder = steer(state.observation) * ship.rudder_limit_rad
         worst = jnp.full(observation.present.shape, -1.0)
-        for _step in range(HOLD):
+        for _step in range(HOLD_STEPS):
             out = step(ahead, state, rudder, ship)
             state, arrived = out.state, arrived | out.terminated
             worst = jnp.where(arrived, worst, jnp.maximum(worst, out.margin))
         return (state, arrived), jnp.where(observation.present, worst, -1.0)
 
-    held_s = HOLD * EnvSettings().step_s
+    held_s = HOLD_STEPS * EnvSettings().step_s
     _, worst = jax.lax.scan(onward, (begin, jnp.zeros((), bool)), length=round(horizon_s / held_s))
     near = worst > -slack
     first = jnp.where(near.any(0), jnp.argmax(near, axis=0) * held_s, jnp.inf)

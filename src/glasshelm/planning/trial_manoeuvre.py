@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.core.geometry import Cpa, Vector, closest_approach, velocity, wrap_angle
 from glasshelm.planning.course_planner import Situation
-from glasshelm.ship.autopilot import FASTEST_S
+from glasshelm.ship.autopilot import MIN_TIME_CONSTANT_S
 from glasshelm.ship.nomoto import ShipParams
 
 #: Share of Nomoto's T by which a turn comes late (fitted to turns of 10 to 120 degrees under the
@@ -18,7 +18,7 @@ from glasshelm.ship.nomoto import ShipParams
 _LAG = 0.9
 
 
-def lost_by_turning(turn_rad: Float[Array, "*c"], ship: ShipParams) -> Vector:
+def turning_loss(turn_rad: Float[Array, "*c"], ship: ShipParams) -> Vector:
     """Where own ship will be, less where she would be had she turned at once [m].
 
     The same for all times after the turn; axes of her present heading.
@@ -27,7 +27,7 @@ def lost_by_turning(turn_rad: Float[Array, "*c"], ship: ShipParams) -> Vector:
     speed, radius = ship.speed_m_s, ship.speed_m_s / fastest
     angle = jnp.abs(turn_rad)
     new, arc = velocity(angle, 1.0), radius * angle
-    lag = speed * jnp.maximum(_LAG * ship.time_constant_s, FASTEST_S)
+    lag = speed * jnp.maximum(_LAG * ship.time_constant_s, MIN_TIME_CONSTANT_S)
     across = radius * (1.0 - new.y) - (arc + lag) * new.x
     along = radius * new.x - (arc + lag) * new.y + lag
     return Vector(jnp.sign(turn_rad) * across, along)
@@ -43,7 +43,7 @@ def try_courses(
     later where own ship, who cannot, will be.
     """
     turn = wrap_angle(course_rad)[:, None]
-    own, lost = velocity(turn, ship.speed_m_s), lost_by_turning(turn, ship)
+    own, lost = velocity(turn, ship.speed_m_s), turning_loss(turn, ship)
     return (
         Vector(at.position.x - lost.x, at.position.y - lost.y),
         Vector(at.velocity.x - own.x, at.velocity.y - own.y),

@@ -27,7 +27,7 @@ class Autopilot:
 
 
 #: No helmsman is faster than this: commands may be held for 15 s.
-FASTEST_S = 20.0
+MIN_TIME_CONSTANT_S = 20.0
 
 
 def autopilot_for(ship: ShipParams) -> Autopilot:
@@ -38,7 +38,7 @@ def autopilot_for(ship: ShipParams) -> Autopilot:
     half of the ship's own T, a course error of 5° then asks for about full rudder.
     """
     gain, lag = ship.gain_1_s, ship.time_constant_s
-    tau = jnp.maximum(0.45 * lag, FASTEST_S)
+    tau = jnp.maximum(0.45 * lag, MIN_TIME_CONSTANT_S)
     return Autopilot(
         lag / (gain * tau**2),
         jnp.maximum((2.0 * lag / tau - 1.0) / gain, 0.0),

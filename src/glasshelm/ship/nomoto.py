@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.fast_trig import sine_cosine
+from glasshelm.core.fast_trig import sincos
 from glasshelm.core.geometry import Vector
 
 KNOT_M_S = 1852.0 / 3600.0
@@ -107,9 +107,7 @@ def advance(
         return _turn(ramped, ship, jnp.zeros_like(slope), t - ramp_s)
 
     middle, end = yaw_at(0.5 * duration_s), yaw_at(duration_s)
-    sines, cosines = zip(
-        *(sine_cosine(yaw.heading_rad) for yaw in (start, middle, end)), strict=True
-    )
+    sines, cosines = zip(*(sincos(yaw.heading_rad) for yaw in (start, middle, end)), strict=True)
     sine, cosine = ((v[0] + 4 * v[1] + v[2]) / 6 for v in (sines, cosines))
     run = state.speed_m_s * duration_s
     return ShipState(
@@ -122,7 +120,7 @@ def advance(
     )
 
 
-def drifted(state: ShipState, current_m_s: Vector, duration_s: float) -> ShipState:
+def with_drift(state: ShipState, current_m_s: Vector, duration_s: float) -> ShipState:
     """The ship carried along by a current (east, north) [m/s] while she sailed."""
     return eqx.tree_at(
         lambda s: (s.east_m, s.north_m),

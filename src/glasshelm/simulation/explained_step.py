@@ -82,7 +82,7 @@ class RudderOverride(eqx.Module):
     holds: Bool[Array, ""]
 
 
-def never_held(encounter: Encounter) -> LastKnownTargets:
+def no_known_targets(encounter: Encounter) -> LastKnownTargets:
     """Before the first moment nobody was ever there."""
     motion = targets_at(encounter, jnp.zeros(()))
     nobody = jnp.zeros_like(motion.present)
@@ -115,10 +115,10 @@ def explain_step(
     ordering = jnp.zeros((), bool) if ordered is None else ordered.holds
     own_action, his_own, guarding = action, ~ordering, None
     if isinstance(pilot, GuardedPilot):
-        own_action = jnp.where(memory.guards, pilot.pilot.actor(fed), action)
-        his_own = ~(memory.guards | ordering)
+        own_action = jnp.where(memory.engaged, pilot.pilot.actor(fed), action)
+        his_own = ~(memory.engaged | ordering)
         if explained:
-            guarding = GuardStatus(memory.guards & ~ordering, pilot.ahead(fed))
+            guarding = GuardStatus(memory.engaged & ~ordering, pilot.ahead(fed))
     if ordered is not None:
         action = jnp.where(ordered.holds, ordered.action, action)
     why, learned = None, learned_in(pilot)

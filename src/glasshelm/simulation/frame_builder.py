@@ -9,7 +9,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Scenario
 from glasshelm.env.rewards import Reward
-from glasshelm.env.training_envelope import check_numbers, outside_training
+from glasshelm.env.training_envelope import check_observation, outside_training
 from glasshelm.explain.step_explanation import Explanation
 from glasshelm.frames.schema import (
     BySubTask,
@@ -22,7 +22,7 @@ from glasshelm.frames.schema import (
     Target,
     Waypoint,
 )
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.pilots.guarded import learned_in
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.protocols import Pilot
@@ -81,7 +81,7 @@ class FrameBuilder:
 
     def _check(self, moment: ExplainedStep) -> None:
         infos = self._scenario.targets
-        check_numbers(moment.fed, [infos[i].name for i in moment.order if i < len(infos)])
+        check_observation(moment.fed, [infos[i].name for i in moment.order if i < len(infos)])
         if not np.isfinite(moment.action):
             raise InputError(
                 f"pilot {self._pilot.name} decides {moment.action}, which is no rudder: "
@@ -118,7 +118,7 @@ class FrameBuilder:
         rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
         if not moment.his_own:
             return Decision(rudder, self._applied, pilot_rudder_rad=own)
-        alone = None if why is None else _plain(why.moves.none * self._limit)
+        alone = None if why is None else _plain(why.rudder_shapley.none * self._limit)
         return Decision(rudder, self._applied, alone)
 
     def _guard(self, moment: ExplainedStep) -> Guard | None:
@@ -227,13 +227,13 @@ def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> C
     if e.intention is not None:
         given["intention"] = _plain(e.intention.increment)
         given["intention_level"] = _plain(e.intention.level)
-    given["shapley_rad"] = _plain(e.moves.by_ship * limit_rad)
-    given["leave_one_out_rad"] = _plain(e.left_out * limit_rad)
-    if np.any(e.moves.error):
-        given["shapley_error_rad"] = _plain(e.moves.error * limit_rad)
-    if e.worth is not None and np.isfinite(e.worth.all):
-        given["shapley_value"] = _plain(e.worth.by_ship)
-    together = e.moves.pairs * limit_rad
+    given["shapley_rad"] = _plain(e.rudder_shapley.by_ship * limit_rad)
+    given["leave_one_out_rad"] = _plain(e.leave_one_out * limit_rad)
+    if np.any(e.rudder_shapley.error):
+        given["shapley_error_rad"] = _plain(e.rudder_shapley.error * limit_rad)
+    if e.value_shapley is not None and np.isfinite(e.value_shapley.all):
+        given["shapley_value"] = _plain(e.value_shapley.by_ship)
+    together = e.rudder_shapley.pairs * limit_rad
     if np.any(np.abs(together) >= PAIR_RAD):
         # Slot by slot -> target by target of the frame; who was not fed has no part in it.
         wide = np.pad(together, ((0, 0), (0, 1)))
@@ -242,7 +242,7 @@ def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> C
     return given
 
 
-def _by_task(parts: Values | Reward | None) -> BySubTask | None:
+def _by_task(parts: QValues | Reward | None) -> BySubTask | None:
     if parts is None:
         return None
     waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship))

@@ -25,7 +25,7 @@ def with_straight_targets(
 
 
 @eqx.filter_jit
-def predicted(
+def predict_track(
     pilot: Pilot,
     encounter: Encounter,
     state: EnvState,

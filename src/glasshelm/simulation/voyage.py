@@ -10,13 +10,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
+from glasshelm.ais.limits import LOST_SHOWN_S
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter, Motion, Scenario, Track, motion_at
 from glasshelm.env.padding import bucket_size
 from glasshelm.env.rewards import Reward
 from glasshelm.env.step import EnvSettings, EnvState, observe_step, reset, step
-from glasshelm.env.target_selection import CAPACITY
+from glasshelm.env.target_selection import MAX_TARGETS
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
@@ -24,12 +25,9 @@ from glasshelm.simulation.explained_step import (
     ExplainedStep,
     LastKnownTargets,
     explain_step,
-    never_held,
+    no_known_targets,
 )
 from glasshelm.simulation.frame_builder import FrameBuilder
-
-#: A lost AIS target stays in the frames for so long, where she was last.
-LOST_SHOWN_S = 360.0
 
 #: Ticks that one call of the compiled program makes: fewer calls, the same frames.
 _CHUNK = 16
@@ -105,7 +103,7 @@ def _sail(
     lost_shown_s: float,
 ) -> Iterator[Frame]:
     voyage = Voyage(scenario, pilot, steps, advise, settings, lost_shown_s)
-    while frames := voyage.sail_on(_CHUNK):
+    while frames := voyage.advance(_CHUNK):
         yield from frames
 
 
@@ -137,13 +135,13 @@ class Voyage:
             0, steps, pilot, init_carry(self.encounter, self.ship, settings, pilot)
         )
 
-    def hand_over(self, pilot: Pilot) -> None:
+    def change_pilot(self, pilot: Pilot) -> None:
         """From the next frame on this pilot decides, without a memory of what was before."""
         carry = self.place.carry
         fresh = Carry(carry.state, carry.held, pilot.start())
         self.place = dataclasses.replace(self.place, pilot=pilot, carry=fresh)
 
-    def sail_on(self, ticks: int = 1) -> list[Frame]:
+    def advance(self, ticks: int = 1) -> list[Frame]:
         """The next frames, at most ``ticks``; none where the voyage is over.
 
         One program is compiled for each number of ticks.
@@ -187,7 +185,7 @@ def init_carry(
     encounter: Encounter, ship: ShipParams, settings: EnvSettings, pilot: Pilot
 ) -> Carry:
     """Before the first tick of an encounter."""
-    return Carry(reset(encounter, ship, settings), never_held(encounter), pilot.start())
+    return Carry(reset(encounter, ship, settings), no_known_targets(encounter), pilot.start())
 
 
 @eqx.filter_jit
@@ -252,8 +250,8 @@ def padded_encounter(encounter: Encounter) -> Encounter:
     """
     slots, legs = encounter.targets.start_s.shape
     wide = bucket_size(slots)
-    if slots <= CAPACITY:
-        wide = min(wide, CAPACITY)  # so few ships are all fed; empty slots must not change that
+    if slots <= MAX_TARGETS:
+        wide = min(wide, MAX_TARGETS)  # so few ships are all fed; empty slots must not change that
     extra = ((0, wide - slots), (0, bucket_size(legs) - legs))
 
     def pad(values: Any, empty: float) -> Any:

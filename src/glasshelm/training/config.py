@@ -7,54 +7,81 @@ from typing import Any, Literal
 import msgspec
 
 from glasshelm.core.errors import InputError
+from glasshelm.encounters.random_encounters import RandomEncounters
 from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
 from glasshelm.planning.course_planner import CourseSettings
-from glasshelm.training.analytic_policy_gradient import AnalyticSettings
-from glasshelm.training.dagger import ImitationSettings
+from glasshelm.training.dagger import DaggerSettings
 from glasshelm.training.ddpg import DdpgSettings
+from glasshelm.training.encounter_mix import EncounterMix
 from glasshelm.training.exploration import NoiseSettings
-from glasshelm.training.losses import ActorLossSettings, CriticTraining
+from glasshelm.training.losses import ActorLossSettings, TdError
 
 
 @dataclasses.dataclass(frozen=True)
 class TrainConfig:
-    """One training, resolved: saved in every checkpoint, enough to build the networks again.
+    """One training, resolved; saved in every weights file that it writes.
 
-    ``way`` is ``ddpg`` (actor and critics by DDPG, the paper's way) or
-    ``analytic`` (actor by a teacher's lessons and by gradients through the
-    world, then critics evaluated on it with the program of ``ddpg`` in which
-    ``actor_update`` is false). The stages in order: imitation, actor, critic;
-    ``ddpg`` counts as the last.
+    ``algorithm`` is ``ddpg`` (actor and critics by DDPG, as in the paper) or
+    ``dagger`` (the actor by DAgger, then critics evaluated on it with DDPG's
+    program in which ``ddpg.actor_update`` is false).
     """
 
     preset: str
-    way: Literal["ddpg", "analytic"]
+    algorithm: Literal["ddpg", "dagger"]
     actor: Literal["sum", "attention"] = "sum"
-    critic: CriticTraining = "sum"
+    critic: TdError = "sum"
     ship: str = "paper"
     seed: int = 0
-    #: Path of a weights file whose actor the training begins with; of several, separated by
+    #: Path of a weights file whose actor the training starts from; of several, separated by
     #: commas, the mean of their actors (:mod:`glasshelm.training.init_actor`); none: a new actor.
-    start: str | None = None
+    init_from: str | None = None
     actor_sizes: ActorSizes = dataclasses.field(default_factory=ActorSizes)
     critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)
     ddpg: DdpgSettings = dataclasses.field(default_factory=DdpgSettings)
-    imitation: ImitationSettings = dataclasses.field(default_factory=ImitationSettings)
-    analytic: AnalyticSettings = dataclasses.field(default_factory=AnalyticSettings)
-    #: Share of a time budget after which each stage ends, in order of the stages.
-    time_shares: tuple[float, float, float] = (0.45, 0.85, 1.0)
-    #: Units between two evaluations, in order of the stages (iterations, iterations, cycles).
-    units_between: tuple[int, int, int] = (10, 50, 1000)
-    #: Size of the fixed evaluation set; short and long voyages in steps.
-    evaluation_worlds: int = 256
-    evaluation_steps: tuple[int, int] = (240, 480)
+    dagger: DaggerSettings = dataclasses.field(default_factory=DaggerSettings)
+    #: Share of a time budget after which DAgger ends.
+    dagger_time_share: float = 0.45
+    #: Iterations of DAgger and cycles of DDPG between two validations.
+    iterations_between: int = 10
+    cycles_between: int = 1000
+    #: Episodes of the fixed validation set; steps that are counted apart, and of all.
+    validation_episodes: int = 256
+    validation_steps: tuple[int, int] = (240, 480)
+
+    @property
+    def encounters(self) -> RandomEncounters:
+        """The distribution of encounters that the actor is trained on."""
+        if self.algorithm == "ddpg":
+            return self.ddpg.encounters
+        mix = self.dagger.mix
+        return mix.with_targets(mix.distributions[0])
 
 
 _FINE_ACTOR = ActorSizes((128, 128, 64), (128, 128, 64), (64, 64), "fine")
 _FINE_CRITIC = CriticSizes((128, 128, 64), norm=True, lens="fine")
-_BRIEF = EnvSettings(episode_steps=24)
+_TINY = TrainConfig(
+    "tiny",
+    "ddpg",
+    actor_sizes=ActorSizes((8, 8), (8,), (4,)),
+    critic_sizes=CriticSizes((8,), norm=True),
+    ddpg=DdpgSettings(
+        env_steps=1000,
+        train_interval=10,
+        batch_size=16,
+        replay_size=1000,
+        critic_starts=200,
+        actor_starts=200,
+        num_envs=10,
+        env=EnvSettings(episode_steps=24),
+        pool_size=16,
+        pool_cycles=20,
+    ),
+    cycles_between=20,
+    validation_episodes=16,
+    validation_steps=(12, 24),
+)
 
 PRESETS: dict[str, TrainConfig] = {
     # Table A.6 to the letter.
@@ -63,32 +90,30 @@ PRESETS: dict[str, TrainConfig] = {
     # (docs/explanation/training.md).
     "fast": TrainConfig(
         "fast",
-        "analytic",
+        "dagger",
         actor_sizes=_FINE_ACTOR,
         critic_sizes=_FINE_CRITIC,
         critic="heads",
-        imitation=ImitationSettings(
+        dagger=DaggerSettings(
             # Farther off than the planner itself keeps: the actor will lose some of it.
             CourseSettings(danger_margin=0.4),
             iterations=100,
             updates=200,
-            kept=16,
+            dataset_iterations=16,
         ),
-        # Gradients after lessons did harm (docs/results/training-choices.md, L8).
-        analytic=AnalyticSettings(iterations=0),
         ddpg=DdpgSettings(
             env_steps=2_000_000,
-            batch=256,
+            batch_size=256,
             # The pilot acts 10 to 20 minutes before a meeting: its critics must see as far.
             discount=0.995,
-            world=EnvSettings(episode_steps=480),
-            # With γ = 0.995 the mean value approaches at rate·(1 − γ) an update: 0.005 is too slow.
-            target_rate=0.05,
+            env=EnvSettings(episode_steps=480),
+            # With γ = 0.995 the mean value approaches at τ·(1 − γ) per update: 0.005 is too slow.
+            tau=0.05,
             learning_rate_end=0.05,
-            replay=500_000,
+            replay_size=500_000,
             actor_update=False,
             # Every four minutes or so a rudder drawn at random is held for about a minute.
-            follows="lapses",
+            target="sarsa",
             noise=NoiseSettings("bursts", burst_begin=0.02, burst_end=0.08),
         ),
     ),
@@ -100,68 +125,38 @@ PRESETS: dict[str, TrainConfig] = {
         critic_sizes=_FINE_CRITIC,
         ddpg=DdpgSettings(
             env_steps=2_500_000,
-            batch=256,
+            batch_size=256,
             # A quarter of the paper's updates: its 0.001 would still lag behind at their end.
-            target_rate=0.005,
-            replay=500_000,
+            tau=0.005,
+            replay_size=500_000,
             # σ 0.30 wanders beyond ± 2: the rudder would be hard over most of the time.
             noise=NoiseSettings(sigma=0.1),
             actor_loss=ActorLossSettings(noise_shared=True),
         ),
     ),
     # Seconds: for tests of the machinery, not for pilots.
-    "tiny": TrainConfig(
-        "tiny",
-        "ddpg",
-        actor_sizes=ActorSizes((8, 8), (8,), (4,)),
-        critic_sizes=CriticSizes((8,), norm=True),
-        ddpg=DdpgSettings(
-            env_steps=1000,
-            train_interval=10,
-            batch=16,
-            replay=1000,
-            critic_from=200,
-            actor_from=200,
-            worlds=10,
-            world=_BRIEF,
-            pool=16,
-            pool_cycles=20,
+    "tiny": _TINY,
+    "tiny-fast": dataclasses.replace(
+        _TINY,
+        preset="tiny-fast",
+        algorithm="dagger",
+        actor_sizes=dataclasses.replace(_TINY.actor_sizes, lens="fine"),
+        critic_sizes=dataclasses.replace(_TINY.critic_sizes, lens="fine"),
+        ddpg=dataclasses.replace(
+            _TINY.ddpg, env_steps=600, actor_update=False, noise=NoiseSettings("bursts")
         ),
-        units_between=(1, 10, 20),
-        evaluation_worlds=16,
-        evaluation_steps=(12, 24),
-    ),
-    "tiny-fast": TrainConfig(
-        "tiny-fast",
-        "analytic",
-        actor_sizes=ActorSizes((8, 8), (8,), (4,), "fine"),
-        critic_sizes=CriticSizes((8,), norm=True, lens="fine"),
-        ddpg=DdpgSettings(
-            env_steps=600,
-            train_interval=10,
-            batch=16,
-            replay=1000,
-            critic_from=200,
-            worlds=10,
-            world=_BRIEF,
-            pool=16,
-            pool_cycles=20,
-            actor_update=False,
-            noise=NoiseSettings("bursts"),
-        ),
-        imitation=ImitationSettings(
+        dagger=DaggerSettings(
             CourseSettings(
                 (-60.0, 60.0), (300.0,), (), (), keep_s=(), horizon_s=600.0, step_s=20.0
             ),
-            stretches=3,
+            EncounterMix((1, 1, 1, 1, 1, 1, 1)),
+            segments=3,
             iterations=3,
             updates=4,
-            kept=2,
+            dataset_iterations=2,
         ),
-        analytic=AnalyticSettings((1, 1, 1, 1, 1, 1, 1), decisions=6, iterations=30),
-        units_between=(1, 10, 10),
-        evaluation_worlds=16,
-        evaluation_steps=(12, 24),
+        iterations_between=1,
+        cycles_between=10,
     ),
 }
 
@@ -187,15 +182,20 @@ def config_from_dict(values: dict[str, Any]) -> TrainConfig:
 
 
 def override(config: TrainConfig, settings: tuple[str, ...]) -> TrainConfig:
-    """The configuration with fields replaced: ``ddpg.batch=512``, ``actor_sizes.head=[64,64]``.
+    """The configuration with fields replaced.
 
-    InputError names the field that is not there, with those that are.
+    Args:
+        config: The configuration to start from.
+        settings: ``FIELD=VALUE`` each: ``ddpg.tau=0.01``, ``actor_sizes.head=[64,64]``.
+
+    Raises:
+        InputError: A field is not there (the message names those that are), or a value is bad.
     """
     values = config_to_dict(config)
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
-            raise InputError(f"bad setting {setting!r}: write FIELD=VALUE, as in ddpg.batch=512")
+            raise InputError(f"bad setting {setting!r}: write FIELD=VALUE, as in ddpg.tau=0.01")
         at: Any = values
         owner: dict[str, Any] = values
         last = name.split(".")[-1]

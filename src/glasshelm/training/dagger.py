@@ -1,22 +1,20 @@
-"""A first pilot from a teacher who plans: what side to pass on is learned here.
+"""DAgger (Ross et al. 2011): an actor learns to steer like an expert that plans.
 
-Gradients through the world (:mod:`glasshelm.training.analytic_policy_gradient`) improve the
-manoeuvre that an actor makes, but never tell it that the manoeuvre to the other
-side would have been better. The teacher does: it tries 763
-manoeuvres in simulation (:mod:`glasshelm.planning.course_planner`). Every iteration
+The expert (:mod:`glasshelm.planning.course_planner`) simulates some 760 manoeuvres
+ahead and names the best course, so the actor learns on which side to pass. Every
+iteration
 
-1. draws fresh encounters, of which a share are the *hardest of several*: those in
-   which the actor, sailing each of them alone, came nearest to a ship's domain or
-   deepest into it (prioritised by its own failures, and always by its present ones);
-2. sails them, mostly under the actor itself, some stretches under the teacher
-   (DAgger, Ross et al. 2011: the actor is taught where *it* goes);
-3. asks the teacher at every stretch for the course to steer, and labels every
-   decision with the rudder that would steer it;
-4. regresses the actor's rudder on the labels, decisions weighted by what is at
-   stake: where left is as good as right, the label says little.
+1. draws fresh encounters (:mod:`glasshelm.training.encounter_mix`);
+2. simulates them, each segment of an episode steered by the expert with probability β
+   and otherwise by the actor: the data are of states that the actor gets itself into;
+3. labels every decision with the rudder that steers the expert's course;
+4. adds the labels to the dataset of the last iterations, and regresses the actor's
+   rudder on it. A decision weighs by what is at stake: where port is as good as
+   starboard, the label says little.
 """
 
 import dataclasses
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -26,222 +24,197 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation, empty_observation
-from glasshelm.env.step import EnvState, reset, step
+from glasshelm.env.step import EnvState
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.ship_batch import Packed
 from glasshelm.planning.course_planner import (
     CourseSettings,
-    agreeing,
+    action_gap,
     plan_course,
-    rudder_to,
-    stakes,
+    rudder_towards,
 )
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.analytic_policy_gradient import AnalyticSettings, draw_batch, sail
-from glasshelm.training.losses import polyak
+from glasshelm.training.encounter_mix import EncounterMix
+from glasshelm.training.vector_env import reset_batch, step_batch
 
 
 @dataclasses.dataclass(frozen=True)
-class ImitationSettings:
-    """How the teacher plans, how often, and how the actor learns from it.
+class DaggerSettings:
+    """How the expert plans, on what it is asked, and how the actor learns from it."""
 
-    The encounters are those of :class:`AnalyticSettings`; 0 iterations: no teacher.
-    """
-
-    teacher: CourseSettings = dataclasses.field(default_factory=CourseSettings)
-    #: Stretches of a voyage, decisions in each, steps that a decision is held.
-    stretches: int = 40
+    expert: CourseSettings = dataclasses.field(default_factory=CourseSettings)
+    mix: EncounterMix = dataclasses.field(default_factory=EncounterMix)
+    #: An episode is so many segments of so many decisions, each held for so many steps. The
+    #: expert plans once per segment.
+    segments: int = 40
     decisions: int = 4
-    hold: int = 3
-    #: Share of the stretches that the actor steers, after the first iterations.
-    actor_share: float = 0.8
-    share_from: int = 20
-    #: A decision with stakes s weighs (s + 0.1·scale) / (s + scale).
+    hold_steps: int = 3
+    #: β falls from 1 to this over so many iterations.
+    beta: float = 0.2
+    beta_iterations: int = 20
+    #: A decision with an action gap s weighs (s + 0.1·scale) / (s + scale).
     stakes_scale: float = 3.0
-    #: The teacher agrees with the actor's own choice while it costs at most this (in return).
-    tolerance: float = 0.0
     #: Errors of the rudder count by their square up to this, by their size beyond: between
     #: labels to both sides the actor then takes one, where the square would take the mean.
-    even_until: float = 0.2
-    #: Batches of voyages that are remembered, the newest among them.
-    kept: int = 4
-    #: Share of the voyages that are the hardest of so many encounters for the actor.
-    hard_share: float = 0.0
-    hardest_of: int = 4
+    huber_delta: float = 0.2
+    #: The dataset holds the labels of so many iterations, the newest among them.
+    dataset_iterations: int = 4
+    #: 0 leaves the whole stage out.
     iterations: int = 200
+    #: Gradient updates per iteration, each on so many decisions of all episodes of an iteration.
     updates: int = 100
-    #: Instants (of all worlds of a batch) in one update.
-    instants: int = 8
+    batch_decisions: int = 8
     learning_rate: float = 1e-3
-    gradient_norm: float = 1.0
-    #: The pilot that is kept is the moving average of the actor at this rate, per update.
+    max_gradient_norm: float = 1.0
+    #: The actor that is kept is the moving average of the actor at this rate, per update.
     average_rate: float = 0.002
 
+    @property
+    def episode_decisions(self) -> int:
+        return self.segments * self.decisions
 
-class Lessons(eqx.Module):
-    """What was seen, what the teacher would have done, how much it mattered [batch, t, world]."""
+    @property
+    def iteration_env_steps(self) -> int:
+        return self.mix.size * self.episode_decisions * self.hold_steps
+
+    def packed(self, encounters: Encounter) -> Packed:
+        """The targets of a batch of the mix in rows."""
+        return Packed(encounters.present, self.mix.total_targets, self.mix.total_pairs)
+
+
+class Labels(eqx.Module):
+    """Observations, the expert's rudder and the weight of each [iteration, decision, episode]."""
 
     observation: Observation
     rudder: Float[Array, "*b w"]
     weight: Float[Array, "*b w"]
 
 
-class ImitationState(eqx.Module):
-    """Everything that an iteration starts from; ``average`` is the pilot that is kept."""
+class DaggerState(eqx.Module):
+    """Everything that an iteration starts from; ``average`` is the actor that is kept."""
 
     actor: Actor
     average: Actor
     optimiser: optax.OptState
-    lessons: Lessons
+    dataset: Labels
     iteration: Int[Array, ""]
 
 
-class Lesson(eqx.Module):
-    """What one iteration reports: the mean loss of the rudder."""
-
-    error: Float[Array, ""]
-
-
-def start_imitation(
-    actor: Actor, analytic: AnalyticSettings, settings: ImitationSettings, slots: int
-) -> ImitationState:
-    """The state before the first iteration: no lessons yet."""
-    shape = (settings.kept, settings.stretches * settings.decisions, analytic.worlds)
+def init_dagger(actor: Actor, settings: DaggerSettings) -> DaggerState:
+    """The state before the first iteration, its dataset empty."""
+    mix = settings.mix
+    shape = (settings.dataset_iterations, settings.episode_decisions, mix.size)
     observation = jax.tree.map(
-        lambda x: jnp.zeros((*shape, *x.shape), x.dtype), empty_observation(slots)
+        lambda x: jnp.zeros((*shape, *x.shape), x.dtype), empty_observation(mix.max_targets)
     )
-    lessons = Lessons(observation, jnp.zeros(shape), jnp.zeros(shape))
-    return ImitationState(
+    return DaggerState(
         jax.tree.map(jnp.copy, actor),  # own copies: the state is donated
         jax.tree.map(jnp.copy, actor),
         _optimiser(settings).init(eqx.filter(actor, eqx.is_array)),
-        lessons,
+        Labels(observation, jnp.zeros(shape), jnp.zeros(shape)),
         jnp.zeros((), jnp.int32),
     )
 
 
-def draw_lessons(
+def collect_labels(
     actor: Actor,
+    encounters: Encounter,
+    actor_share: Float[Array, ""],
     key: PRNGKeyArray,
     ship: ShipParams,
-    analytic: AnalyticSettings,
-    settings: ImitationSettings,
-) -> Encounter:
-    """A batch of encounters, a share of them the hardest of several for this actor [w].
+    settings: DaggerSettings,
+) -> Labels:
+    """Simulate a batch of encounters and label every decision [decision, episode].
 
-    The numbers of ships are those of :func:`draw_batch`: candidates compete with
-    others of as many ships. The hardest has the largest margin of its voyage (Eq. 13
-    unclipped).
+    Args:
+        actor: The actor that learns.
+        encounters: A batch of the settings' mix.
+        actor_share: Probability 1 − β that the actor steers a segment.
+        key: Random key for who steers.
+        ship: Own ship.
+        settings: Segments, decisions and the expert.
     """
-    if not settings.hard_share:
-        return draw_batch(key, ship, analytic)
-    share_key, *keys = jax.random.split(key, 1 + settings.hardest_of)
+    fleet = settings.packed(encounters)
+    episodes = encounters.present.shape[0]
 
-    def try_out(key: PRNGKeyArray) -> tuple[Encounter, Float[Array, " w"]]:
-        batch = draw_batch(key, ship, analytic)
-        return batch, sail(actor, batch, ship, analytic)[1].worst
-
-    candidates, worst = jax.lax.map(try_out, jnp.stack(keys))
-    hard = jax.random.bernoulli(share_key, settings.hard_share, worst.shape[1:])
-    chosen = jnp.where(hard, worst.argmax(0), 0)
-    return jax.tree.map(lambda x: x[chosen, jnp.arange(chosen.size)], candidates)
-
-
-def teach(
-    actor: Actor,
-    batch: Encounter,
-    share: Float[Array, ""],
-    key: PRNGKeyArray,
-    ship: ShipParams,
-    fleet: Packed,
-    settings: ImitationSettings,
-) -> Lessons:
-    """Sail a batch, the actor steering a ``share`` of the stretches: lessons [t, w]."""
-    worlds = batch.present.shape[0]
-
-    def hold(e: Encounter, state: EnvState, action: Float[Array, ""]) -> EnvState:
-        def once(state: EnvState, _: None):
-            return step(e, state, action * ship.rudder_limit_rad, ship).state, None
-
-        return jax.lax.scan(once, state, None, length=settings.hold)[0]
-
-    def stretch(state: EnvState, key: PRNGKeyArray):
-        plan = jax.vmap(lambda s: plan_course(s, ship, settings.teacher))(state.observation)
-        at_stake = jax.vmap(lambda p, s: stakes(p, s, ship))(plan, state.observation)
+    def segment(state: EnvState, key: PRNGKeyArray):
+        plan = jax.vmap(lambda o: plan_course(o, ship, settings.expert))(state.observation)
+        at_stake = jax.vmap(lambda p, o: action_gap(p, o, ship))(plan, state.observation)
         weight = (at_stake + 0.1 * settings.stakes_scale) / (at_stake + settings.stakes_scale)
-        if settings.tolerance:
-            own = actor(state.observation, fleet)
-            plan = jax.vmap(lambda p, a, s: agreeing(p, a, s, ship, settings.tolerance))(
-                plan, own, state.observation
-            )
-        steers = jax.random.bernoulli(key, share, (worlds,))
+        actor_steers = jax.random.bernoulli(key, actor_share, (episodes,))
 
         def decide(state: EnvState, _: None):
             observation = state.observation
-            label = jax.vmap(lambda o, s: rudder_to(o, s, ship))(plan.offset_rad, observation)
-            action = jnp.where(steers, actor(observation, fleet), label)
-            return jax.vmap(hold)(batch, state, action), Lessons(observation, label, weight)
+            label = jax.vmap(lambda c, o: rudder_towards(c, o, ship))(plan.offset_rad, observation)
+            action = jnp.where(actor_steers, actor(observation, fleet), label)
+            state, _ = jax.lax.scan(
+                lambda s, _: (step_batch(encounters, s, action, ship).state, None),
+                state,
+                length=settings.hold_steps,
+            )
+            return state, Labels(observation, label, weight)
 
         return jax.lax.scan(decide, state, None, length=settings.decisions)
 
-    start = jax.vmap(lambda e: reset(e, ship))(batch)
-    _, lessons = jax.lax.scan(stretch, start, jax.random.split(key, settings.stretches))
-    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), lessons)
+    keys = jax.random.split(key, settings.segments)
+    _, labels = jax.lax.scan(segment, reset_batch(encounters, ship), keys)
+    return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), labels)
 
 
-def imitate(
-    state: ImitationState,
-    key: PRNGKeyArray,
-    ship: ShipParams,
-    analytic: AnalyticSettings,
-    settings: ImitationSettings,
-) -> tuple[ImitationState, Lesson]:
-    """One iteration: sail and be taught, then learn from the lessons kept."""
-    draw_key, sail_key, learn_key = jax.random.split(key, 3)
-    batch = draw_lessons(state.actor, draw_key, ship, analytic, settings)
-    fleet = Packed(batch.present, analytic.ships, analytic.pairs)
-    ramp = jnp.minimum(1.0, state.iteration / settings.share_from)
-    fresh = teach(state.actor, batch, settings.actor_share * ramp, sail_key, ship, fleet, settings)
-    place = state.iteration % settings.kept
-    lessons = jax.tree.map(lambda all_, new: all_.at[place].set(new), state.lessons, fresh)
-    filled = jnp.minimum(state.iteration + 1, settings.kept)
+def dagger_iteration(
+    state: DaggerState, key: PRNGKeyArray, ship: ShipParams, settings: DaggerSettings
+) -> tuple[DaggerState, Float[Array, ""]]:
+    """Collect labels, add them to the dataset, and learn from it.
+
+    Returns:
+        The state after the iteration, and the mean loss of its updates.
+    """
+    draw_key, collect_key, learn_key = jax.random.split(key, 3)
+    encounters = settings.mix.draw(draw_key, ship)
+    fleet = settings.packed(encounters)
+    ramp = jnp.minimum(1.0, state.iteration / settings.beta_iterations)
+    actor_share = (1.0 - settings.beta) * ramp
+    labels = collect_labels(state.actor, encounters, actor_share, collect_key, ship, settings)
+    oldest = state.iteration % settings.dataset_iterations
+    dataset = jax.tree.map(lambda all_, new: all_.at[oldest].set(new), state.dataset, labels)
+    filled = jnp.minimum(state.iteration + 1, settings.dataset_iterations)
     optimiser = _optimiser(settings)
 
-    def loss(actor: Actor, lesson: Lessons) -> Float[Array, ""]:
-        error = actor(lesson.observation, fleet) - lesson.rudder
-        return jnp.mean(lesson.weight * optax.losses.huber_loss(error, delta=settings.even_until))
+    def loss(actor: Actor, labels: Labels) -> Float[Array, ""]:
+        error = actor(labels.observation, fleet) - labels.rudder
+        huber = optax.losses.huber_loss(error, delta=settings.huber_delta)
+        return jnp.mean(labels.weight * huber)
 
-    def update(carry: tuple[Actor, Actor, optax.OptState], key: PRNGKeyArray):
-        actor, average, memory = carry
-        batch_key, time_key = jax.random.split(key)
-        batches = jax.random.randint(batch_key, (settings.instants,), 0, filled)
-        times = jax.random.randint(time_key, (settings.instants,), 0, lessons.rudder.shape[1])
+    def update(carry: Any, key: PRNGKeyArray):
+        actor, average, optimiser_state = carry
+        iteration_key, decision_key = jax.random.split(key)
+        number = settings.batch_decisions
+        iterations = jax.random.randint(iteration_key, (number,), 0, filled)
+        decisions = jax.random.randint(decision_key, (number,), 0, settings.episode_decisions)
 
-        def add(carry, where):
-            lesson = jax.tree.map(lambda x: x[where], lessons)
-            value, gradient = jax.value_and_grad(loss)(actor, lesson)
-            return jax.tree.map(jnp.add, carry, (value, gradient)), None
+        def add(total, where):
+            part = jax.tree.map(lambda x: x[where], dataset)
+            return jax.tree.map(jnp.add, total, jax.value_and_grad(loss)(actor, part)), None
 
-        nothing = (jnp.zeros(()), jax.tree.map(jnp.zeros_like, actor))
-        (value, gradient), _ = jax.lax.scan(add, nothing, (batches, times))
-        gradient = jax.tree.map(lambda g: g / settings.instants, gradient)
-        steps, memory = optimiser.update(gradient, memory)
-        actor = eqx.apply_updates(actor, steps)
-        warm = 1.0 / (1.0 + state.iteration * settings.updates)  # at first the mean, evenly
-        rate = jnp.maximum(settings.average_rate, warm)
-        return (actor, polyak(average, actor, rate), memory), value / settings.instants
+        # Decision by decision: the activations of one fit the cache, those of all do not.
+        zero = (jnp.zeros(()), jax.tree.map(jnp.zeros_like, actor))
+        (value, gradient), _ = jax.lax.scan(add, zero, (iterations, decisions))
+        gradient = jax.tree.map(lambda g: g / number, gradient)
+        changes, optimiser_state = optimiser.update(gradient, optimiser_state)
+        actor = eqx.apply_updates(actor, changes)
+        even = 1.0 / (1.0 + state.iteration * settings.updates)  # at first the plain mean
+        rate = jnp.maximum(settings.average_rate, even)
+        average = optax.incremental_update(actor, average, rate)
+        return (actor, average, optimiser_state), value / number
 
-    start = (state.actor, state.average, state.optimiser)
-    (actor, average, memory), errors = jax.lax.scan(
-        update, start, jax.random.split(learn_key, settings.updates)
-    )
-    return (
-        ImitationState(actor, average, memory, lessons, state.iteration + 1),
-        Lesson(errors.mean()),
-    )
+    start: Any = (state.actor, state.average, state.optimiser)
+    keys = jax.random.split(learn_key, settings.updates)
+    (actor, average, optimiser_state), losses = jax.lax.scan(update, start, keys)
+    state = DaggerState(actor, average, optimiser_state, dataset, state.iteration + 1)
+    return state, losses.mean()
 
 
-def _optimiser(settings: ImitationSettings) -> optax.GradientTransformation:
+def _optimiser(settings: DaggerSettings) -> optax.GradientTransformation:
     updates = settings.iterations * settings.updates
     schedule = optax.warmup_cosine_decay_schedule(
         0.1 * settings.learning_rate,
@@ -250,4 +223,4 @@ def _optimiser(settings: ImitationSettings) -> optax.GradientTransformation:
         max(updates, 2),
         0.02 * settings.learning_rate,
     )
-    return optax.chain(optax.clip_by_global_norm(settings.gradient_norm), optax.adam(schedule))
+    return optax.chain(optax.clip_by_global_norm(settings.max_gradient_norm), optax.adam(schedule))

@@ -1,16 +1,18 @@
-"""DDPG with sub-task critics (section 2.2): worlds, replay, noise and updates in one program.
+"""DDPG with sub-task critics (section 2.2): environments, replay and updates in one program.
 
-With ``actor_update=False`` the same program evaluates a fixed pilot: the
-critics learn the return of that pilot, with exploring rudders in between.
+With ``actor_update=False`` the same program evaluates a fixed actor: the
+critics learn the return of that actor, exploration included or not
+(:data:`glasshelm.training.losses.TdTarget`).
 """
 
 import dataclasses
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optax
 from jaxtyping import Array, Float, Int
 
@@ -23,15 +25,27 @@ from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.exploration import NoiseSettings
 from glasshelm.training.losses import (
     ActorLossSettings,
-    CriticTraining,
-    Follows,
+    TdError,
+    TdTarget,
     actor_loss,
     critic_loss,
-    polyak,
     td_target,
 )
-from glasshelm.training.replay_buffer import Batch, Replay, empty_replay, sample, write
-from glasshelm.training.vector_env import Pool, Worlds, cut_short, draw_pool, first_worlds, tick
+from glasshelm.training.replay_buffer import (
+    ReplayBuffer,
+    TransitionBatch,
+    append,
+    empty_buffer,
+    sample,
+)
+from glasshelm.training.vector_env import (
+    EncounterPool,
+    VectorEnvState,
+    draw_pool,
+    init_envs,
+    staggered_end,
+    step_all,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,51 +53,49 @@ class DdpgSettings:
     """Table A.6 by default; what it does not give is in docs/explanation/paper.md."""
 
     env_steps: int = 10_000_000
-    #: Environment steps a gradient update.
+    #: Environment steps for each gradient update.
     train_interval: int = 100
-    batch: int = 1024
+    batch_size: int = 1024
     discount: float = 0.98
-    target_rate: float = 0.001
+    #: τ of the target networks (Eq. 4).
+    tau: float = 0.001
     learning_rate: float = 0.001
     #: The learning rate falls to this share of itself along a cosine (1: constant).
     learning_rate_end: float = 1.0
-    replay: int = 1_000_000
-    critic_from: int = 20_480
-    actor_from: int = 102_400
-    worlds: int = 100
+    replay_size: int = 1_000_000
+    #: Environment steps before the first update of the critics, and of the actor.
+    critic_starts: int = 20_480
+    actor_starts: int = 102_400
+    num_envs: int = 100
     actor_update: bool = True
-    #: Whose return the critics learn. A pilot who never intrudes has no collision return at all:
-    #: what is dangerous to her shows only if she may lapse.
-    follows: Follows = "pilot"
+    #: Whose return the critics learn. An actor that never intrudes has no collision return at
+    #: all: what is dangerous to it shows only if exploration counts (``sarsa``).
+    target: TdTarget = "policy"
     encounters: RandomEncounters = PAPER
-    world: EnvSettings = dataclasses.field(default_factory=EnvSettings)
+    env: EnvSettings = dataclasses.field(default_factory=EnvSettings)
     noise: NoiseSettings = dataclasses.field(default_factory=NoiseSettings)
     actor_loss: ActorLossSettings = dataclasses.field(default_factory=ActorLossSettings)
     #: Encounters drawn in advance, and how many cycles they serve.
-    pool: int = 2048
+    pool_size: int = 2048
     pool_cycles: int = 1000
 
     @property
-    def cycle_ticks(self) -> int:
-        """Steps of every world in one cycle."""
-        return max(1, self.train_interval // self.worlds)
+    def cycle_steps(self) -> int:
+        """Steps of every environment in one cycle."""
+        return max(1, self.train_interval // self.num_envs)
 
     @property
     def cycle_updates(self) -> int:
         """Updates in one cycle: their ratio to steps is 1 : train_interval."""
-        return max(1, self.cycle_ticks * self.worlds // self.train_interval)
+        return max(1, self.cycle_env_steps // self.train_interval)
 
     @property
     def cycle_env_steps(self) -> int:
-        return self.cycle_ticks * self.worlds
+        return self.cycle_steps * self.num_envs
 
     @property
     def cycles(self) -> int:
         return -(-self.env_steps // self.cycle_env_steps)
-
-    @property
-    def replay_ticks(self) -> int:
-        return self.replay // self.worlds
 
 
 class DdpgState(eqx.Module):
@@ -95,69 +107,56 @@ class DdpgState(eqx.Module):
     target_critic: SubTaskCritic
     actor_optimiser: optax.OptState
     critic_optimiser: optax.OptState
-    worlds: Worlds
-    replay: Replay
+    envs: VectorEnvState
+    replay: ReplayBuffer
     cycle: Int[Array, ""]
 
 
-class Report(eqx.Module):
-    """What a cycle tells: losses (0 where nothing was learned) and the mean reward of its steps."""
+class PackedSize(NamedTuple):
+    """Rows that a packed batch keeps for targets and for pairs of targets."""
 
-    critic_loss: Float[Array, ""]
-    actor_loss: Float[Array, ""]
-    reward: Float[Array, ""]
-
-
-class Rows(NamedTuple):
-    """Rows that a packed batch keeps for ships and for pairs of ships."""
-
-    ships: int
+    targets: int
     pairs: int | None
 
 
-def packed_rows(batch: int, targets: tuple[int, int], pairs: bool) -> Rows:
-    """Mean + 4 σ of the ships (pairs) in a batch whose worlds hold low..high ships uniformly."""
-    counts = range(targets[0], targets[1] + 1)
+def packed_size(batch_size: int, targets: tuple[int, int], pairs: bool) -> PackedSize:
+    """Mean + 4 σ of the targets (pairs) in a batch whose episodes have low..high targets."""
+    counts = np.arange(targets[0], targets[1] + 1)
 
     def rows(power: int) -> int:
-        mean = sum(n**power for n in counts) / len(counts)
-        variance = sum(n ** (2 * power) for n in counts) / len(counts) - mean**2
-        wanted = batch * mean + 4 * (batch * variance) ** 0.5
-        most = batch * targets[1] ** power
-        return max(1, min(most, -(-int(wanted) // 16) * 16))
+        per_episode = counts**power
+        wanted = batch_size * per_episode.mean() + 4 * batch_size**0.5 * per_episode.std()
+        return max(1, min(batch_size * int(per_episode[-1]), -(-int(wanted) // 16) * 16))
 
-    return Rows(rows(1), rows(2) if pairs else None)
+    return PackedSize(rows(1), rows(2) if pairs else None)
 
 
 def optimiser(settings: DdpgSettings) -> optax.GradientTransformation:
     """Adam (Table A.6), with the settings' schedule."""
-    if settings.learning_rate_end == 1.0:
-        return optax.adam(settings.learning_rate)
     updates = settings.cycles * settings.cycle_updates
     return optax.adam(
         optax.cosine_decay_schedule(settings.learning_rate, updates, settings.learning_rate_end)
     )
 
 
-def pool_of(seed: int, cycle: int, ship: ShipParams, settings: DdpgSettings) -> Pool:
+def encounter_pool(
+    seed: int, cycle: int, ship: ShipParams, settings: DdpgSettings
+) -> EncounterPool:
     """The pool that serves a cycle: a function of the seed and the cycle alone."""
     key = jax.random.fold_in(jax.random.key(seed), cycle // settings.pool_cycles)
-    return draw_pool(jax.random.fold_in(key, 0), settings.pool, ship, settings.encounters)
-
-
-def begin_ddpg(
-    actor: Actor, critic: SubTaskCritic, pool: Pool, settings: DdpgSettings
-) -> DdpgState:
-    """The state before the first step. Targets start as copies of the networks."""
-    return _begin(actor, critic, first_worlds(pool, settings.worlds), settings)
+    return draw_pool(jax.random.fold_in(key, 0), settings.pool_size, ship, settings.encounters)
 
 
 @partial(jax.jit, static_argnums=3)
-def _begin(
-    actor: Actor, critic: SubTaskCritic, worlds: Worlds, settings: DdpgSettings
+def init_ddpg(
+    actor: Actor, critic: SubTaskCritic, pool: EncounterPool, settings: DdpgSettings
 ) -> DdpgState:
-    """Every array of the result has a buffer of its own: they are donated."""
+    """The state before the first step; target networks start as copies of the networks.
+
+    Every array of the result has a buffer of its own: the state is donated.
+    """
     adam = optimiser(settings)
+    num_envs = settings.num_envs
     return DdpgState(
         actor,
         critic,
@@ -165,114 +164,123 @@ def _begin(
         jax.tree.map(jnp.copy, critic),
         adam.init(eqx.filter(actor, eqx.is_array)),
         adam.init(eqx.filter(critic, eqx.is_array)),
-        worlds,
-        empty_replay(settings.replay_ticks, settings.worlds, settings.encounters.slots),
+        init_envs(pool, num_envs),
+        empty_buffer(settings.replay_size // num_envs, num_envs, settings.encounters.slots),
         jnp.zeros((), jnp.int32),
     )
 
 
-def cycle(
+def run_cycle(
     state: DdpgState,
-    pool: Pool,
+    pool: EncounterPool,
     learn_critic: bool,
     learn_actor: bool,
     seed: int,
     ship: ShipParams,
     settings: DdpgSettings,
-    training: CriticTraining,
-) -> tuple[DdpgState, Report]:
-    """The worlds' steps of one cycle, then its updates (1 : train_interval)."""
+    td_error: TdError,
+) -> tuple[DdpgState, dict[str, Float[Array, ""]]]:
+    """The environments' steps of one cycle, then its updates (1 : train_interval).
+
+    Returns:
+        The state after the cycle; its losses (0 where nothing was learned) and the mean reward
+        of its steps.
+    """
     key = jax.random.fold_in(jax.random.fold_in(jax.random.key(seed), 1), state.cycle)
-    state, reward = _sail(state, pool, jax.random.fold_in(key, 0), ship, settings)
-    zero = jnp.zeros(())
-    critic_loss_, actor_loss_ = zero, zero
+    state, reward = _collect(state, pool, jax.random.fold_in(key, 0), ship, settings)
+    critic_value, actor_value = jnp.zeros(()), jnp.zeros(())
     if learn_critic:
         for number in range(settings.cycle_updates):
-            update_key = jax.random.fold_in(key, number + 1)
-            state, critic_loss_, actor_loss_ = update(
-                state, update_key, learn_actor, settings, training
+            sample_key, noise_key = jax.random.split(jax.random.fold_in(key, number + 1))
+            batch = sample(state.replay, settings.batch_size, sample_key)
+            attends = isinstance(state.actor, AttentionActor)
+            size = packed_size(settings.batch_size, settings.encounters.targets, attends)
+            state, critic_value, actor_value = update(
+                state, batch, size, noise_key, learn_actor, settings, td_error
             )
     state = eqx.tree_at(lambda s: s.cycle, state, state.cycle + 1)
-    return state, Report(critic_loss_, actor_loss_, reward)
+    return state, {"critic_loss": critic_value, "actor_loss": actor_value, "reward": reward}
 
 
-def _sail(
-    state: DdpgState, pool: Pool, key: Array, ship: ShipParams, settings: DdpgSettings
+def _collect(
+    state: DdpgState, pool: EncounterPool, key: Array, ship: ShipParams, settings: DdpgSettings
 ) -> tuple[DdpgState, Float[Array, ""]]:
     progress = state.cycle / settings.cycles
-    worlds, replay, total = state.worlds, state.replay, jnp.zeros(())
-    for number in range(settings.cycle_ticks):
-        cut = cut_short(replay.written, settings.worlds, settings.world.episode_steps)
-        worlds, row = tick(
-            worlds,
+    envs, replay, mean_reward = state.envs, state.replay, jnp.zeros(())
+    for number in range(settings.cycle_steps):
+        envs, row = step_all(
+            envs,
             state.actor,
             pool,
             progress,
-            cut,
+            staggered_end(replay.written, settings.num_envs, settings.env.episode_steps),
             jax.random.fold_in(key, number),
             ship,
-            settings.world,
+            settings.env,
             settings.noise,
         )
-        replay = write(replay, row)
-        total += row.rewards.sum(-1).mean() / settings.cycle_ticks
-    state = eqx.tree_at(lambda s: (s.worlds, s.replay), state, (worlds, replay))
-    return state, total
+        replay = append(replay, row)
+        mean_reward += row.rewards.sum(-1).mean() / settings.cycle_steps
+    return eqx.tree_at(lambda s: (s.envs, s.replay), state, (envs, replay)), mean_reward
 
 
 def update(
     state: DdpgState,
+    batch: TransitionBatch,
+    size: PackedSize,
     key: Array,
     learn_actor: bool,
     settings: DdpgSettings,
-    training: CriticTraining,
+    td_error: TdError,
 ) -> tuple[DdpgState, Float[Array, ""], Float[Array, ""]]:
-    """One gradient update of the critics and, if asked, of the actor (Eq. 2-5)."""
-    sample_key, noise_key = jax.random.split(key)
-    batch = sample(state.replay, settings.batch, sample_key)
-    rows = packed_rows(
-        settings.batch, settings.encounters.targets, isinstance(state.actor, AttentionActor)
-    )
-    return learn(state, batch, rows, noise_key, learn_actor, settings, training)
+    """One gradient update of the critics and, if asked, of the actor (Eq. 2-5).
 
+    Args:
+        state: The networks before the update.
+        batch: Transitions to learn from.
+        size: Rows for the batch's targets; episodes whose targets do not all fit are left out.
+        key: Random key of the noise of ŝ (Eq. 5).
+        learn_actor: Whether the actor is updated too.
+        settings: Learning rates, discount and gains.
+        td_error: Of which TD error the critics minimise the square.
 
-def learn(
-    state: DdpgState,
-    batch: Batch,
-    rows: Rows,
-    key: Array,
-    learn_actor: bool,
-    settings: DdpgSettings,
-    training: CriticTraining,
-) -> tuple[DdpgState, Float[Array, ""], Float[Array, ""]]:
-    """:func:`update` on a given batch. Worlds whose ships do not all fit the rows are left out."""
-    fleet = Packed(batch.observation.present, rows.ships, rows.pairs)
+    Returns:
+        The state after the update, the critics' loss, and the actor's (0 if not updated).
+    """
+    fleet = Packed(batch.observation.present, size.targets, size.pairs)
     batch = eqx.tree_at(lambda b: b.weight, batch, batch.weight * fleet.whole)
     adam = optimiser(settings)
-    pilot = state.target_actor if settings.actor_update else state.actor
+    policy = state.target_actor if settings.actor_update else state.actor
     target = td_target(
-        state.target_critic, pilot, batch, settings.discount, fleet, settings.follows
+        state.target_critic, policy, batch, settings.discount, fleet, settings.target
     )
-    critic_value, slope = eqx.filter_value_and_grad(critic_loss)(
-        state.critic, target, batch, training, fleet
+    critic_value, gradient = eqx.filter_value_and_grad(critic_loss)(
+        state.critic, target, batch, td_error, fleet
     )
-    changes, critic_optimiser = adam.update(slope, state.critic_optimiser)
+    changes, critic_optimiser = adam.update(gradient, state.critic_optimiser)
     critic = eqx.apply_updates(state.critic, changes)
+    target_critic = _follow(critic, state.target_critic, settings)
     state = eqx.tree_at(
         lambda s: (s.critic, s.target_critic, s.critic_optimiser),
         state,
-        (critic, polyak(state.target_critic, critic, settings.target_rate), critic_optimiser),
+        (critic, target_critic, critic_optimiser),
     )
     if not learn_actor:
         return state, critic_value, jnp.zeros(())
-    actor_value, slope = eqx.filter_value_and_grad(actor_loss)(
+    actor_value, gradient = eqx.filter_value_and_grad(actor_loss)(
         state.actor, critic, batch, settings.actor_loss, fleet, key
     )
-    changes, actor_optimiser = adam.update(slope, state.actor_optimiser)
+    changes, actor_optimiser = adam.update(gradient, state.actor_optimiser)
     actor = eqx.apply_updates(state.actor, changes)
+    target_actor = _follow(actor, state.target_actor, settings)
     state = eqx.tree_at(
         lambda s: (s.actor, s.target_actor, s.actor_optimiser),
         state,
-        (actor, polyak(state.target_actor, actor, settings.target_rate), actor_optimiser),
+        (actor, target_actor, actor_optimiser),
     )
     return state, critic_value, actor_value
+
+
+def _follow(network: Any, target: Any, settings: DdpgSettings) -> Any:
+    """Eq. 4: θ' ← τ·θ + (1 − τ)·θ'."""
+    return optax.incremental_update(network, target, settings.tau)

@@ -1,10 +1,10 @@
-"""Exploration: what is added to the pilot's rudder while it learns.
+"""Exploration: what is added to the actor's rudder while it learns.
 
-``ou`` is the paper's way (docs/explanation/paper.md): an Ornstein-Uhlenbeck process that
-wanders and keeps the ship on excursions of many steps. ``bursts`` is for
-learning the value of a pilot that is already good: it steers by itself, and now
+``ou`` is the paper's (docs/explanation/paper.md): an Ornstein-Uhlenbeck process
+that wanders and keeps the ship on excursions of many steps. ``bursts`` is for
+learning the value of an actor that is already good: it steers by itself, and now
 and then a rudder drawn at random is held for a few steps, so that every rudder
-is tried from states that the pilot visits.
+is tried from states that the actor visits.
 """
 
 import dataclasses
@@ -26,21 +26,21 @@ class NoiseSettings:
     sigma_end: float = 0.01
     fade_from: float = 0.2
     fade_to: float = 0.8
-    #: Chance a step that a burst begins, and that it ends.
+    #: Chance per step that a burst begins, and that it ends.
     burst_begin: float = 0.05
     burst_end: float = 0.25
 
 
 class Noise(eqx.Module):
-    """One world's exploration: the OU value or the held rudder, and whether it is held."""
+    """Exploration of a batch: the OU value or the held rudder, and whether it is held."""
 
     value: Float[Array, "*w"]
     active: Bool[Array, "*w"]
 
 
-def quiet(worlds: int) -> Noise:
-    """No exploration yet."""
-    return Noise(jnp.zeros(worlds), jnp.zeros(worlds, bool))
+def no_noise(num_envs: int) -> Noise:
+    """The exploration before the first step."""
+    return Noise(jnp.zeros(num_envs), jnp.zeros(num_envs, bool))
 
 
 def sigma_at(progress: Float[Array, ""], settings: NoiseSettings) -> Float[Array, ""]:
@@ -63,7 +63,18 @@ def explore(
     settings: NoiseSettings,
     key: PRNGKeyArray,
 ) -> tuple[Float[Array, " w"], Noise]:
-    """The rudder to try, in [−1, 1], and the exploration after it."""
+    """Add exploration to the actor's rudders.
+
+    Args:
+        noise: The exploration so far.
+        rudder: What the actor commands, in [−1, 1].
+        progress: Fraction of the training done.
+        settings: Which exploration.
+        key: Random key of this step.
+
+    Returns:
+        The rudders to try, in [−1, 1], and the exploration after them.
+    """
     if settings.kind == "ou":
         sigma = sigma_at(progress, settings)
         value = ornstein_uhlenbeck(noise.value, sigma, settings.theta, key)

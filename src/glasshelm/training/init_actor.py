@@ -1,10 +1,9 @@
-"""The actor that a training begins with: a new one, a file's, or the mean of several files'.
+"""The actor that a training starts from: a new one, a file's, or the mean of several files'.
 
-The mean of the weights of several trainings that began with the same weights is
+The mean of the weights of several trainings that started from the same weights is
 often a better pilot than any of them ("model soup", Wortsman et al. 2022,
-arXiv:2203.05482): what they learned alike stays, what each learned by chance
-goes. Weights of trainings that began apart have no such mean. An actor smaller
-than the one to be trained is widened (:mod:`glasshelm.training.net2wider`).
+arXiv:2203.05482). Weights of trainings that started apart have no such mean. An
+actor smaller than the one to be trained is widened (:mod:`glasshelm.training.net2wider`).
 """
 
 from pathlib import Path
@@ -20,25 +19,26 @@ from glasshelm.training.config import TrainConfig
 from glasshelm.training.net2wider import widen
 
 
-def first_actor(config: TrainConfig) -> Actor:
-    """The actor of ``config.start``: new if there is none, the mean if there are several files.
+def init_actor(config: TrainConfig) -> Actor:
+    """The actor of ``config.init_from``: new if there is none, the mean if there are several files.
 
-    InputError if a file cannot be read, or holds an actor of another kind or one that has
-    wider layers than the one to be trained.
+    Raises:
+        InputError: A file cannot be read, or holds an actor of another kind or one that has
+            wider layers than the one to be trained.
     """
     key = jax.random.fold_in(jax.random.key(config.seed), 3)
-    if config.start is None:
+    if config.init_from is None:
         return jax.jit(make_actor, static_argnums=(0, 1))(config.actor, config.actor_sizes, key)
-    actors = [_actor_of(path, config, key) for path in start_files(config.start)]
+    actors = [_read_actor(path, config, key) for path in init_files(config.init_from)]
     return jax.tree.map(lambda *leaves: jnp.mean(jnp.stack(leaves), axis=0), *actors)
 
 
-def start_files(start: str) -> list[Path]:
-    """The weights files that ``TrainConfig.start`` names."""
-    return [Path(name) for name in start.split(",")]
+def init_files(init_from: str) -> list[Path]:
+    """The weights files that ``TrainConfig.init_from`` names."""
+    return [Path(name) for name in init_from.split(",")]
 
 
-def _actor_of(path: Path, config: TrainConfig, key: jax.Array) -> Actor:
+def _read_actor(path: Path, config: TrainConfig, key: jax.Array) -> Actor:
     actor = read_networks(path)[0].actor
     wanted = jax.eval_shape(lambda: make_actor(config.actor, config.actor_sizes, key))
     if jax.tree.structure(actor) != jax.tree.structure(wanted):

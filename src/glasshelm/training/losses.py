@@ -1,11 +1,11 @@
-"""What DDPG minimises: Eq. 2 (critic), Eq. 3 and 5 (actor), and Eq. 4 (target networks).
+"""What DDPG minimises: Eq. 2 (critic), Eq. 3 and 5 (actor).
 
 Misprints of the equations are settled in docs/explanation/paper.md.
 """
 
 import dataclasses
 from collections.abc import Callable
-from typing import Literal, TypeVar
+from typing import Literal
 
 import equinox as eqx
 import jax
@@ -13,19 +13,18 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import Observation
-from glasshelm.networks.critics import Values
+from glasshelm.networks.critics import QValues
 from glasshelm.networks.ship_batch import ShipBatch
-from glasshelm.training.replay_buffer import Batch
+from glasshelm.training.replay_buffer import TransitionBatch
 
-Tree = TypeVar("Tree")
-#: Anything that steers as :class:`SumActor` does, and values as :class:`SubTaskCritic` does.
-ActorOf = Callable[[Observation, ShipBatch], Float[Array, "*b"]]
-CriticOf = Callable[[Observation, Float[Array, "*b"], ShipBatch], Values]
-#: ``sum``: one TD error of the total (the paper); ``heads``: one a head.
-CriticTraining = Literal["sum", "heads"]
-#: Whose return a critic learns: ``pilot``, who steers as she should from the next step on (the
-#: paper), or ``lapses``, who goes on as she did while exploring (SARSA).
-Follows = Literal["pilot", "lapses"]
+#: Anything that steers as an actor does, and that values as :class:`SubTaskCritic` does.
+ActorFn = Callable[[Observation, ShipBatch], Float[Array, "*b"]]
+CriticFn = Callable[[Observation, Float[Array, "*b"], ShipBatch], QValues]
+#: ``sum``: one TD error of the total (the paper); ``heads``: one for each head.
+TdError = Literal["sum", "heads"]
+#: What follows a transition in the TD target: ``policy``, the actor's own action (the paper),
+#: or ``sarsa``, the action that was taken, exploration included.
+TdTarget = Literal["policy", "sarsa"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,62 +42,73 @@ class ActorLossSettings:
 
 
 def td_target(
-    critic: CriticOf,
-    actor: ActorOf,
-    batch: Batch,
+    critic: CriticFn,
+    actor: ActorFn,
+    batch: TransitionBatch,
     discount: float,
     fleet: ShipBatch,
-    follows: Follows = "pilot",
-) -> Values:
-    """y_k = r_k + γ·Q'_k(s', π'(s')), head by head, with the joint target actor (Eq. 2).
+    target: TdTarget = "policy",
+) -> QValues:
+    """y_k = r_k + γ·Q'_k(s', a'), head by head (Eq. 2).
 
-    With ``lapses`` the next action is the one that was taken. Nothing follows a
-    terminated step; a truncated one is bootstrapped through. The sum over the
-    heads is the ordinary TD target of the total reward.
+    Nothing follows a terminated step; a truncated one is bootstrapped through.
+    The sum over the heads is the ordinary TD target of the total reward.
+
+    Args:
+        critic: The target critic Q'.
+        actor: The target actor π'.
+        batch: Transitions (s, a, r, s').
+        discount: γ.
+        fleet: How the batch's targets are laid out in rows.
+        target: Whether a' is π'(s') or the action taken.
+
+    Returns:
+        The targets, without gradient.
     """
-    action = actor(batch.following, fleet) if follows == "pilot" else batch.next_action
-    after = critic(batch.following, action, fleet)
-    goes_on = discount * (1.0 - batch.terminated)
+    observation = batch.next_observation
+    action = actor(observation, fleet) if target == "policy" else batch.next_action
+    following = critic(observation, action, fleet)
+    bootstrap = discount * (1.0 - batch.terminated)
     return jax.lax.stop_gradient(
-        Values(
-            batch.reward.waypoint + goes_on * after.waypoint,
-            batch.reward.by_ship + goes_on[:, None] * after.by_ship,
+        QValues(
+            batch.reward.waypoint + bootstrap * following.waypoint,
+            batch.reward.by_ship + bootstrap[:, None] * following.by_ship,
         )
     )
 
 
 def critic_loss(
-    critic: CriticOf, target: Values, batch: Batch, training: CriticTraining, fleet: ShipBatch
+    critic: CriticFn, target: QValues, batch: TransitionBatch, td_error: TdError, fleet: ShipBatch
 ) -> Float[Array, ""]:
     """Mean squared TD error (Eq. 2): of the total, or summed over the heads."""
     value = critic(batch.observation, batch.action, fleet)
-    if training == "sum":
+    if td_error == "sum":
         error = (target.total - value.total) ** 2
     else:
         by_ship = jnp.where(batch.observation.present, target.by_ship - value.by_ship, 0.0)
         error = (target.waypoint - value.waypoint) ** 2 + (by_ship**2).sum(-1)
-    return weighted_mean(error, batch.weight)
+    return _weighted_mean(error, batch.weight)
 
 
 def actor_loss(
-    actor: ActorOf,
-    critic: CriticOf,
-    batch: Batch,
+    actor: ActorFn,
+    critic: CriticFn,
+    batch: TransitionBatch,
     settings: ActorLossSettings,
     fleet: ShipBatch,
     key: PRNGKeyArray,
 ) -> Float[Array, ""]:
     """Eq. 5: −E[Q(s, π(s))] + λ_reg·Σθ² + λ_s·√E[(π(s)−π(ŝ))² + (π(s)−π(s'))²] + λ_a·E|π(s)|."""
     action = actor(batch.observation, fleet)
-    near = actor(perturb(batch.observation, settings, key), fleet)
-    after = actor(batch.following, fleet)
-    unsteady = weighted_mean((action - near) ** 2 + (action - after) ** 2, batch.weight)
+    perturbed = actor(perturb(batch.observation, settings, key), fleet)
+    following = actor(batch.next_observation, fleet)
+    change = _weighted_mean((action - perturbed) ** 2 + (action - following) ** 2, batch.weight)
     weights = jax.tree.leaves(eqx.filter(actor, eqx.is_inexact_array))
     return (
-        -weighted_mean(critic(batch.observation, action, fleet).total, batch.weight)
+        -_weighted_mean(critic(batch.observation, action, fleet).total, batch.weight)
         + settings.regularisation * sum(jnp.sum(w**2) for w in weights)
-        + settings.smoothing * jnp.sqrt(unsteady + 1e-12)  # the root has no slope at 0
-        + settings.action_size * weighted_mean(jnp.abs(action), batch.weight)
+        + settings.smoothing * jnp.sqrt(change + 1e-12)  # the root has no slope at 0
+        + settings.action_size * _weighted_mean(jnp.abs(action), batch.weight)
     )
 
 
@@ -122,12 +132,5 @@ def perturb(
     )
 
 
-def polyak(target: Tree, online: Tree, rate: float | Float[Array, ""]) -> Tree:
-    """θ' ← θ' + τ(θ − θ') on every array (Eq. 4)."""
-    return jax.tree.map(
-        lambda t, o: t + rate * (o - t) if eqx.is_inexact_array(t) else t, target, online
-    )
-
-
-def weighted_mean(x: Float[Array, " b"], weight: Float[Array, " b"]) -> Float[Array, ""]:
+def _weighted_mean(x: Float[Array, " b"], weight: Float[Array, " b"]) -> Float[Array, ""]:
     return jnp.sum(weight * x) / jnp.maximum(jnp.sum(weight), 1.0)

@@ -1,4 +1,4 @@
-"""What a training leaves to read: JSON lines, and TensorBoard where it is installed."""
+"""What a training writes to read: JSON lines, and TensorBoard where it is installed."""
 
 import importlib.util
 import json
@@ -9,20 +9,28 @@ from typing import Any
 from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import atomic_write, writable_folder
 
-LOG = "log.jsonl"
+LOG_FILE = "log.jsonl"
 
 
-class Records:
-    """The log of one training; lines written after the checkpoint resumed from are dropped.
+class MetricsLog:
+    """The log of one training. Lines written after the snapshot that is resumed are dropped.
 
-    InputError if the folder cannot be written.
+    Args:
+        folder: Where the training writes.
+        resume_at: The ``number`` of the last line to keep; None for a new training.
+        tensorboard: Whether to write for TensorBoard too, where it is installed.
+
+    Raises:
+        InputError: The folder cannot be written.
     """
 
-    def __init__(self, folder: Path, resumed_at: int | None, tensorboard: bool = True):
-        self.path = folder / LOG
+    def __init__(self, folder: Path, resume_at: int | None, tensorboard: bool = True):
+        self.path = folder / LOG_FILE
         writable_folder(folder)
         try:
-            kept = [] if resumed_at is None else _lines_until(self.path, resumed_at)
+            kept = []
+            if resume_at is not None:
+                kept = [line for line in read_metrics(folder) if line["number"] <= resume_at]
             with atomic_write(self.path) as partial:
                 partial.write_text("".join(json.dumps(line) + "\n" for line in kept))
         except OSError as error:
@@ -31,7 +39,7 @@ class Records:
         if tensorboard and importlib.util.find_spec("tensorboardX"):
             from tensorboardX import SummaryWriter
 
-            self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=resumed_at)
+            self._board = SummaryWriter(str(folder / "tensorboard"), purge_step=resume_at)
 
     def add(self, line: dict[str, Any]) -> None:
         """Append one line; its numbers also go to TensorBoard at the line's ``number``.
@@ -53,9 +61,9 @@ class Records:
             self._board.close()
 
 
-def read_records(folder: Path) -> list[dict[str, Any]]:
+def read_metrics(folder: Path) -> list[dict[str, Any]]:
     """The lines of a training's log; a line cut off by a crash is left out."""
-    path = folder / LOG
+    path = folder / LOG_FILE
     lines = []
     if not os.path.isfile(path):
         return lines
@@ -65,7 +73,3 @@ def read_records(folder: Path) -> list[dict[str, Any]]:
         except (ValueError, RecursionError):
             break
     return lines
-
-
-def _lines_until(path: Path, number: int) -> list[dict[str, Any]]:
-    return [line for line in read_records(path.parent) if line["number"] <= number]

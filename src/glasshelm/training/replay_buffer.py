@@ -1,12 +1,13 @@
-"""Replay that stores every frame once (section 3.3: networks read five).
+"""A replay buffer that stores every frame once (section 3.3: networks read five).
 
-Each world has a ring of rows in order of time. A row is one frame with the
-action taken there and the rewards that followed. The frame in which an episode
-ended has a row of its own that is no transition. So the true next
+Every environment has a ring of rows in order of time. A row is one frame with the
+action taken there and the rewards that followed; the frame in which an episode
+ended has a row of its own that is no transition, so that the true next
 observation of a truncated step is kept beside the first frame of the next
 episode. The five-frame stacks are rebuilt when sampling: the frames before the
-first of an episode are that first frame, as in :func:`remember`. Ships present
-do not change within an episode of random encounters, and this is relied on.
+first of an episode are that first frame, as in
+:func:`glasshelm.env.observe.push_frame`. The targets present must not change within
+an episode, as they do not in random encounters.
 """
 
 import equinox as eqx
@@ -17,12 +18,12 @@ from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray, UInt8
 from glasshelm.env.observe import FRAMES, TARGET_FEATURES, WAYPOINT_FEATURES, Observation
 from glasshelm.env.rewards import Reward
 
-_WP = len(WAYPOINT_FEATURES)
-_OTH = len(TARGET_FEATURES)
+_WAYPOINT = len(WAYPOINT_FEATURES)
+_TARGET = len(TARGET_FEATURES)
 
 
-class Row(eqx.Module):
-    """What one tick of every world leaves behind.
+class ReplayRow(eqx.Module):
+    """What one step of every environment adds.
 
     ``frame`` is the newest frame, waypoint first; ``rewards`` those of the step
     taken from it, waypoint first; ``age`` its number within the episode.
@@ -39,41 +40,43 @@ class Row(eqx.Module):
     terminated: Bool[Array, "*w"]
 
 
-class Replay(eqx.Module):
-    """Rings [time, world, ...] with one common write head: ``written`` ticks so far."""
+class ReplayBuffer(eqx.Module):
+    """Rings [step, environment, ...] with one common write head; ``written`` steps so far."""
 
-    rows: Row
+    rows: ReplayRow
     written: Int[Array, ""]
 
     @property
-    def ticks(self) -> int:
+    def capacity(self) -> int:
+        """Steps that a ring holds."""
         return self.rows.action.shape[0]
 
     @property
-    def worlds(self) -> int:
+    def num_envs(self) -> int:
         return self.rows.action.shape[1]
 
 
-class Batch(eqx.Module):
-    """Transitions as networks read them. ``following`` is the true next observation.
+class TransitionBatch(eqx.Module):
+    """Transitions as networks read them.
 
-    ``next_action`` is what was done there; ``weight`` is 1, or 0 for a draw that is no transition.
+    ``next_action`` is the action taken at the true ``next_observation``; ``weight`` is 1,
+    or 0 for a draw that is no transition.
     """
 
     observation: Observation
     action: Float[Array, " b"]
     reward: Reward
-    following: Observation
+    next_observation: Observation
     next_action: Float[Array, " b"]
     terminated: Bool[Array, " b"]
     weight: Float[Array, " b"]
 
 
-def empty_replay(ticks: int, worlds: int, slots: int) -> Replay:
-    """Rings for ``ticks`` rows a world and ``slots`` ships, nothing written."""
-    shape = (ticks, worlds)
-    rows = Row(
-        jnp.zeros((*shape, _WP + _OTH * slots)),
+def empty_buffer(capacity: int, num_envs: int, slots: int) -> ReplayBuffer:
+    """Empty rings of ``capacity`` steps for ``slots`` targets."""
+    shape = (capacity, num_envs)
+    rows = ReplayRow(
+        jnp.zeros((*shape, _WAYPOINT + _TARGET * slots)),
         jnp.zeros(shape),
         jnp.zeros((*shape, 1 + slots)),
         jnp.zeros((*shape, -(-slots // 8)), jnp.uint8),
@@ -81,26 +84,20 @@ def empty_replay(ticks: int, worlds: int, slots: int) -> Replay:
         jnp.zeros(shape, bool),
         jnp.zeros(shape, bool),
     )
-    return Replay(rows, jnp.zeros((), jnp.int32))
+    return ReplayBuffer(rows, jnp.zeros((), jnp.int32))
 
 
-def replay_bytes(ticks: int, worlds: int, slots: int) -> int:
-    """Memory of :func:`empty_replay` without allocating it."""
-    shapes = jax.eval_shape(lambda: empty_replay(ticks, worlds, slots))
-    return sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(shapes))
-
-
-def row_of(
+def replay_row(
     observation: Observation,
     action: Float[Array, " w"],
     reward: Reward,
     age: Int[Array, " w"],
     transition: Bool[Array, " w"],
     terminated: Bool[Array, " w"],
-) -> Row:
-    """The row of one tick of all worlds."""
+) -> ReplayRow:
+    """The row of one step of all environments."""
     newest = observation.targets[..., 0, :]
-    return Row(
+    return ReplayRow(
         jnp.concatenate(
             [observation.waypoint[..., 0, :], newest.reshape(*newest.shape[:-2], -1)], axis=-1
         ),
@@ -113,48 +110,52 @@ def row_of(
     )
 
 
-def write(replay: Replay, row: Row) -> Replay:
-    """The replay with one more row a world, over the oldest once the rings are full."""
-    head = replay.written % replay.ticks
+def append(buffer: ReplayBuffer, row: ReplayRow) -> ReplayBuffer:
+    """The buffer with one more row, over the oldest once the rings are full."""
+    head = buffer.written % buffer.capacity
     rows = jax.tree.map(
-        lambda ring, new: jax.lax.dynamic_update_index_in_dim(ring, new, head, 0), replay.rows, row
+        lambda ring, new: jax.lax.dynamic_update_index_in_dim(ring, new, head, 0), buffer.rows, row
     )
-    return Replay(rows, replay.written + 1)
+    return ReplayBuffer(rows, buffer.written + 1)
 
 
-def sample(replay: Replay, size: int, key: PRNGKeyArray) -> Batch:
-    """``size`` transitions drawn with replacement; see :func:`gather` and :func:`drawable`."""
-    world_key, time_key = jax.random.split(key)
-    low, high = drawable(replay)
-    world = jax.random.randint(world_key, (size,), 0, replay.worlds)
-    return gather(replay, jax.random.randint(time_key, (size,), low, high), world)
+def sample(buffer: ReplayBuffer, size: int, key: PRNGKeyArray) -> TransitionBatch:
+    """``size`` transitions drawn with replacement (:func:`sampleable_steps`)."""
+    env_key, step_key = jax.random.split(key)
+    low, high = sampleable_steps(buffer)
+    env = jax.random.randint(env_key, (size,), 0, buffer.num_envs)
+    return gather(buffer, jax.random.randint(step_key, (size,), low, high), env)
 
 
-def drawable(replay: Replay) -> tuple[Int[Array, ""], Int[Array, ""]]:
-    """Ticks [low, high) whose row, next row and four rows before are all in the rings."""
-    oldest = jnp.maximum(replay.written - replay.ticks, 0)
-    return jnp.where(oldest > 0, oldest + FRAMES - 1, 0), replay.written - 1
+def sampleable_steps(buffer: ReplayBuffer) -> tuple[Int[Array, ""], Int[Array, ""]]:
+    """Steps [low, high) whose row, next row and four rows before are all in the rings."""
+    oldest = jnp.maximum(buffer.written - buffer.capacity, 0)
+    return jnp.where(oldest > 0, oldest + FRAMES - 1, 0), buffer.written - 1
 
 
-def gather(replay: Replay, tick: Int[Array, " b"], world: Int[Array, " b"]) -> Batch:
-    """The transitions of the given ticks (counted from the first ever written) and worlds."""
-    flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), replay.rows)
-    here = (tick % replay.ticks) * replay.worlds + world
-    start = tick - flat.age[here]
+def gather(buffer: ReplayBuffer, step: Int[Array, " b"], env: Int[Array, " b"]) -> TransitionBatch:
+    """The transitions of given steps (counted from the first ever written) and environments."""
+    flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), buffer.rows)
+
+    def index(step: Int[Array, "..."], env: Int[Array, "..."]) -> Int[Array, "..."]:
+        return (step % buffer.capacity) * buffer.num_envs + env
+
+    row = index(step, env)
+    first = step - flat.age[row]
     # Row 0 is the next frame, row 1 this one, rows 2-5 the past: clamped to the episode.
-    wanted = jnp.maximum(tick[:, None] + 1 - jnp.arange(FRAMES + 1), start[:, None])
-    frames = flat.frame[(wanted % replay.ticks) * replay.worlds + world[:, None]]
+    wanted = jnp.maximum(step[:, None] + 1 - jnp.arange(FRAMES + 1), first[:, None])
+    frames = flat.frame[index(wanted, env[:, None])]
     slots = flat.rewards.shape[-1] - 1
-    present = jnp.unpackbits(flat.present[here], axis=-1, count=slots).astype(bool)
-    waypoint = frames[..., :_WP]
-    targets = frames[..., _WP:].reshape(-1, FRAMES + 1, slots, _OTH).swapaxes(1, 2)
-    rewards = flat.rewards[here]
-    return Batch(
+    present = jnp.unpackbits(flat.present[row], axis=-1, count=slots).astype(bool)
+    waypoint = frames[..., :_WAYPOINT]
+    targets = frames[..., _WAYPOINT:].reshape(-1, FRAMES + 1, slots, _TARGET).swapaxes(1, 2)
+    rewards = flat.rewards[row]
+    return TransitionBatch(
         Observation(waypoint[:, 1:], targets[:, :, 1:], present),
-        flat.action[here],
+        flat.action[row],
         Reward(rewards[:, 0], rewards[:, 1:]),
         Observation(waypoint[:, :-1], targets[:, :, :-1], present),
-        flat.action[((tick + 1) % replay.ticks) * replay.worlds + world],
-        flat.terminated[here],
-        flat.transition[here].astype(jnp.float32),
+        flat.action[index(step + 1, env)],
+        flat.terminated[row],
+        flat.transition[row].astype(jnp.float32),
     )

@@ -1,4 +1,4 @@
-"""The training loop: stages, evaluations, records, checkpoints, and stopping cleanly."""
+"""The training loop: stages, validations, log, weights and snapshots, and stopping cleanly."""
 
 import dataclasses
 import os
@@ -14,225 +14,238 @@ import jax
 
 from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import locked_folder
+from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.config import TrainConfig
-from glasshelm.training.init_actor import first_actor
-from glasshelm.training.metrics_log import Records
-from glasshelm.training.stages import Stage, State, Told, stages_of
-from glasshelm.training.training_progress import Display
+from glasshelm.training.critic_accuracy import critic_accuracy
+from glasshelm.training.init_actor import init_actor
+from glasshelm.training.metrics_log import MetricsLog
+from glasshelm.training.stages import Stage, State, mean_metrics, stages_of
+from glasshelm.training.training_progress import TrainingProgress
 from glasshelm.training.training_state import (
-    STATE,
-    Place,
+    STATE_FILE,
+    StagePosition,
     load_snapshot,
-    read_place,
+    read_position,
     save_pilot,
     save_snapshot,
 )
-from glasshelm.training.validation import Score, agreement, evaluation_set, sail_set, score
+from glasshelm.training.validation import Memoryless, ValidationScore, rollout, score
 
-BEST, FINAL = "best.safetensors", "final.safetensors"
+BEST_FILE, FINAL_FILE = "best.safetensors", "final.safetensors"
 
 
 @dataclasses.dataclass(frozen=True)
-class LoopSettings:
+class TrainerSettings:
     """What does not change the result: time budget, pace of snapshots, logs."""
 
     minutes: float | None = None
-    #: Seconds between two snapshots; a snapshot with a large replay takes longer.
+    #: Seconds between two snapshots; a snapshot with a large replay buffer takes longer.
     snapshot_s: float = 60.0
     tensorboard: bool = True
 
 
-class Training:
+class Trainer:
     """One training in one folder."""
 
-    def __init__(self, config: TrainConfig, folder: Path, loop: LoopSettings, display: Display):
-        self.config, self.folder, self.loop, self.display = config, folder, loop, display
+    def __init__(
+        self,
+        config: TrainConfig,
+        folder: Path,
+        settings: TrainerSettings,
+        progress: TrainingProgress,
+    ):
+        self.config, self.folder = config, folder
+        self.settings, self.progress = settings, progress
         self.ship = ship_named(config.ship)
         self.stages = stages_of(config)
-        self.place = Place()
+        self.position = StagePosition()
         self.state: State = None
-        self.kept: Actor = first_actor(config)
-        self.score: Score | None = None
-        self._began = time.monotonic()
-        self._encounters = evaluation_set(self.ship, config.evaluation_worlds)
+        self.best_actor: Actor = init_actor(config)
+        self.score: ValidationScore | None = None
+        self._started = time.monotonic()
+        self._encounters = validation_encounters(self.ship, config.validation_episodes)
 
     def resume(self) -> None:
-        """Take up the snapshot in the folder."""
-        self.place, _ = read_place(self.folder)
-        stage = self.stages[self.place.stage]
-        like = stage.begin(self.kept)
-        self.state, self.kept = load_snapshot(self.folder, like, self.kept)
+        """Continue from the snapshot in the folder."""
+        self.position, _ = read_position(self.folder)
+        like = self.stages[self.position.stage].start(self.best_actor)
+        self.state, self.best_actor = load_snapshot(self.folder, like, self.best_actor)
 
     def run(self) -> bool:
-        """Train to the end or the end of the time; false if it was interrupted."""
-        resumed = None if self.state is None else self._step()
-        records = Records(self.folder, resumed, self.loop.tensorboard)
+        """Train to the end, or to the end of the time; false if it was interrupted."""
+        resume_at = None if self.state is None else self._total_units()
+        log = MetricsLog(self.folder, resume_at, self.settings.tensorboard)
         if self.state is None:
-            self.state = self.stages[0].begin(self.kept)
+            self.state = self.stages[0].start(self.best_actor)
         with _interrupts() as interrupted:
             try:
-                while self.place.stage < len(self.stages):
-                    stage = self.stages[self.place.stage]
-                    whole = self._run_stage(stage, records, interrupted)
+                while True:
+                    stage = self.stages[self.position.stage]
+                    complete = self._run_stage(stage, log, interrupted)
                     if interrupted.is_set():
                         self._snapshot()
                         return False
-                    last = self.place.stage + 1 == len(self.stages)
-                    if last:
+                    if stage is self.stages[-1]:
                         self._snapshot()
-                        self._finish(stage, whole)
+                        self._finish(stage, complete)
                         return True
-                    self.place = Place(self.place.stage + 1, 0, self.place.best, self.place.seconds)
-                    self.state = self.stages[self.place.stage].begin(self.kept)
+                    self.position = dataclasses.replace(
+                        self.position, stage=self.position.stage + 1, units=0
+                    )
+                    self.state = self.stages[self.position.stage].start(self.best_actor)
                     self.score = None
                     self._snapshot()
             finally:
-                records.close()
-        return True
+                log.close()
 
-    def _run_stage(self, stage: Stage, records: Records, interrupted: threading.Event) -> bool:
-        """Advance until the stage is done, its time is over (false) or somebody interrupts."""
-        deadline = self._deadline(stage)
-        told: list[Told] = []
-        self.display.begin(stage.name, stage.unit, stage.units, self.place.number)
-        mark = snapshot = time.monotonic()
-        while self.place.number < stage.units and not interrupted.is_set():
-            self.state, news = stage.advance(self.state, self.place.number)
-            told.append(news)
-            number = self.place.number + 1
-            self.place = dataclasses.replace(self.place, number=number)
-            if number % 8 == 0:
-                jax.block_until_ready(news)  # stay near the device: clock and Ctrl-C count
-            self.display.advance(number)
-            now = time.monotonic()
-            late = deadline is not None and now > deadline
-            if number % stage.evaluate_every == 0 or number == stage.units or late:
-                line = stage.tell(told)
-                self._evaluate(stage, line, len(told), time.monotonic() - mark, records)
-                told, mark = [], time.monotonic()
+    def _run_stage(self, stage: Stage, log: MetricsLog, interrupted: threading.Event) -> bool:
+        """Advance until the stage is done, its time is over (false) or a signal interrupts."""
+        deadline = None
+        if self.settings.minutes is not None:
+            deadline = self._started + 60.0 * self.settings.minutes * stage.time_share
+        metrics: list[dict[str, jax.Array]] = []
+        self.progress.start_stage(stage.name, stage.unit, stage.units, self.position.units)
+        last_line = last_snapshot = time.monotonic()
+        while self.position.units < stage.units and not interrupted.is_set():
+            self.state, latest = stage.advance(self.state, self.position.units)
+            metrics.append(latest)
+            units = self.position.units + 1
+            self.position = dataclasses.replace(self.position, units=units)
+            if units % 8 == 0:
+                jax.block_until_ready(latest)  # stay near the device: clock and Ctrl-C count
+            self.progress.advance(units)
+            late = deadline is not None and time.monotonic() > deadline
+            if units % stage.evaluate_every == 0 or units == stage.units or late:
+                line = mean_metrics(metrics)
+                seconds = time.monotonic() - last_line
+                line["updates_per_s"] = len(metrics) * stage.updates_per_unit / max(seconds, 1e-9)
+                self._validate(stage, line, log)
+                metrics, last_line = [], time.monotonic()
             if late:
-                return number == stage.units
-            if now - snapshot > self.loop.snapshot_s:
+                return units == stage.units
+            now = time.monotonic()
+            if now - last_snapshot > self.settings.snapshot_s:
                 self._snapshot()
-                mark += time.monotonic() - now
-                snapshot = time.monotonic()
+                last_snapshot = time.monotonic()
+                last_line += last_snapshot - now  # the pace is that of learning alone
         return True
 
-    def _deadline(self, stage: Stage) -> float | None:
-        if self.loop.minutes is None:
-            return None
-        return self._began + 60.0 * self.loop.minutes * stage.time_share
+    def _validate(self, stage: Stage, metrics: dict[str, float], log: MetricsLog) -> None:
+        """Measure the actor, keep it if it is the best, write it all down.
 
-    def _evaluate(
-        self, stage: Stage, told: dict[str, float], units: int, seconds: float, records: Records
-    ) -> None:
-        """Measure the pilot, keep it if it is the best, write it all down.
-
-        A file has only what depends on the pilot, so that two trainings alike leave two files
-        alike, interrupted or not; the log also has the clock, and the losses since the last line.
+        A weights file has only what depends on the actor, so that two equal trainings write two
+        equal files, interrupted or not; the log also has the clock, and the losses since the last
+        line.
         """
         actor, critic = stage.actor(self.state), stage.critic(self.state)
-        where: dict[str, Any] = {
+        where = {
             "stage": stage.name,
-            "number": self._step(),
-            "env_steps": self.place.number * stage.env_steps_per_unit,
-        }
-        pace = {
-            "seconds": round(self._seconds(), 1),
-            "updates_per_s": units * stage.updates_per_unit / max(seconds, 1e-9),
+            "number": self._total_units(),
+            "env_steps": self.position.units * stage.env_steps_per_unit,
         }
         if stage.name != "critic" or self.score is None:
-            self.score = self._sail(actor)
-        found = dataclasses.asdict(self.score) | {"fault": self.score.fault}
-        if critic is not None:
-            found |= self._agree(actor, critic)
-        if self.place.best is None or self.score.fault <= self.place.best:
-            self.place = dataclasses.replace(self.place, best=self.score.fault)
-            self.kept = jax.tree.map(jax.numpy.copy, actor)
-            self._save(BEST, actor, critic, where | found)
-        line = where | pace | told | found
-        records.add(line)
-        self.display.show(line)
+            self.score = self._score(actor)
+        loss = self.score.selection_loss
+        result = self._results(self.score, actor, critic) | {"selection_loss": loss}
+        if self.position.best_loss is None or loss <= self.position.best_loss:
+            self.position = dataclasses.replace(self.position, best_loss=loss)
+            self.best_actor = jax.tree.map(jax.numpy.copy, actor)
+            self._save(BEST_FILE, actor, critic, where | result)
+        line = where | {"seconds": round(self._seconds(), 1)} | metrics | result
+        log.add(line)
+        self.progress.show(line)
 
-    def _finish(self, stage: Stage, whole: bool) -> None:
+    def _finish(self, stage: Stage, complete: bool) -> None:
         actor, critic = stage.actor(self.state), stage.critic(self.state)
-        if self.score is None:
-            self.score = self._sail(actor)
-        line = dataclasses.asdict(self.score)
-        if critic is not None:
-            line |= self._agree(actor, critic)
-        self._save(FINAL, actor, critic, line | {"stopped_early": not whole})
+        result = self._results(self.score or self._score(actor), actor, critic)
+        self._save(FINAL_FILE, actor, critic, result | {"stopped_early": not complete})
 
-    def _sail(self, actor: Actor) -> Score:
-        short, long = self.config.evaluation_steps
-        voyages = sail_set(actor, self._encounters, self.ship, short, long)
-        return score(voyages, float(self.ship.loa_m))
+    def _score(self, actor: Actor) -> ValidationScore:
+        short, long = self.config.validation_steps
+        episodes = rollout(Memoryless(actor), self._encounters, self.ship, short, long)
+        return score(episodes, float(self.ship.loa_m))
 
-    def _agree(self, actor: Actor, critic: SubTaskCritic) -> dict[str, float]:
-        settings, short = self.config.ddpg, self.config.evaluation_steps[0]
+    def _results(
+        self, score: ValidationScore, actor: Actor, critic: SubTaskCritic | None
+    ) -> dict[str, Any]:
+        if critic is None:
+            return dataclasses.asdict(score)
+        settings, short = self.config.ddpg, self.config.validation_steps[0]
         discount = settings.discount
         long = short + round(5.0 / (1.0 - discount))  # what follows later counts less than 1 %
-        lapses = settings.noise if settings.follows == "lapses" else None
-        found = agreement(actor, critic, self._encounters, self.ship, discount, short, long, lapses)
-        return found.numbers()
+        noise = settings.noise if settings.target == "sarsa" else None
+        accuracy = critic_accuracy(
+            actor, critic, self._encounters, self.ship, discount, short, long, noise
+        )
+        return dataclasses.asdict(score) | accuracy.as_dict()
 
     def _save(
-        self, name: str, actor: Actor, critic: SubTaskCritic | None, line: dict[str, Any]
+        self, name: str, actor: Actor, critic: SubTaskCritic | None, result: dict[str, Any]
     ) -> None:
         summary = {
-            "evaluation": line,
-            "evaluation_worlds": self.config.evaluation_worlds,
-            "units": self.place.number,
+            "validation": result,
+            "validation_episodes": self.config.validation_episodes,
+            "units": self.position.units,
             "device": jax.devices()[0].device_kind,
         }
         save_pilot(self.folder / name, actor, critic, self.config, summary)
 
     def _snapshot(self) -> None:
-        place = dataclasses.replace(self.place, seconds=self._seconds())
-        save_snapshot(self.folder, self.state, self.kept, place, self.config)
+        position = dataclasses.replace(self.position, seconds=self._seconds())
+        save_snapshot(self.folder, self.state, self.best_actor, position, self.config)
 
     def _seconds(self) -> float:
-        return self.place.seconds + time.monotonic() - self._began
+        return self.position.seconds + time.monotonic() - self._started
 
-    def _step(self) -> int:
+    def _total_units(self) -> int:
         """Units over all stages: the x axis of the log."""
-        return sum(s.units for s in self.stages[: self.place.stage]) + self.place.number
+        return sum(s.units for s in self.stages[: self.position.stage]) + self.position.units
 
 
 def train(
-    config: TrainConfig, folder: Path, loop: LoopSettings, resume: bool, display: Display
+    config: TrainConfig,
+    folder: Path,
+    settings: TrainerSettings,
+    resume: bool,
+    progress: TrainingProgress,
 ) -> bool:
-    """Train in a folder; false if interrupted (then the folder can be resumed).
+    """Train in a folder.
 
-    InputError if the folder holds a training and ``resume`` is false, or holds
-    none and it is true, or was begun with another configuration, or another
-    process is at work in it.
+    Args:
+        config: What to train.
+        folder: Where weights, log and snapshots are written.
+        settings: Time budget and pace of snapshots.
+        resume: Whether to continue the training that the folder holds.
+        progress: What shows the user how far it is.
+
+    Returns:
+        False if it was interrupted; the folder can then be resumed.
+
+    Raises:
+        InputError: The folder holds a training and ``resume`` is false, or holds none and it is
+            true, or was started with another configuration, or another process works in it.
     """
     with locked_folder(folder):
-        return _train(config, folder, loop, resume, display)
-
-
-def _train(
-    config: TrainConfig, folder: Path, loop: LoopSettings, resume: bool, display: Display
-) -> bool:
-    if resume:
-        _, stored = read_place(folder)
-        if stored != config:
-            raise InputError(f"{folder}: begun with another configuration; resume with its own")
-    elif os.path.lexists(folder / STATE):
-        raise InputError(f"{folder} holds a training: --resume it, or choose another --out")
-    training = Training(config, folder, loop, display)
-    if resume:
-        training.resume()
-    return training.run()
+        if resume:
+            _, stored = read_position(folder)
+            if stored != config:
+                raise InputError(
+                    f"{folder}: started with another configuration; resume with its own"
+                )
+        elif os.path.lexists(folder / STATE_FILE):
+            raise InputError(f"{folder} holds a training: --resume it, or choose another --out")
+        trainer = Trainer(config, folder, settings, progress)
+        if resume:
+            trainer.resume()
+        return trainer.run()
 
 
 @contextmanager
 def _interrupts() -> Iterator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set, instead of breaking off in the middle of a step."""
+    """An event that Ctrl-C and SIGTERM set, instead of stopping in the middle of a step."""
     event = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield event

@@ -1,9 +1,8 @@
 """The complete state of a training on disk, so that it continues bit for bit.
 
-``state.safetensors`` holds everything but the replay; the replay (hundreds of
+``state.safetensors`` holds everything but the replay buffer; the buffer (hundreds of
 megabytes) has a file of its own, written before and named in the header of the
-state. The old pair is deleted last: a crash at any instant leaves one whole
-pair.
+state. The old pair is deleted last: a crash at any instant leaves one complete pair.
 """
 
 import dataclasses
@@ -23,87 +22,74 @@ from glasshelm.networks.checkpoint import load_tree, read_header, save_tree
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.training.config import TrainConfig, config_from_dict, config_to_dict
 from glasshelm.training.ddpg import DdpgState
-from glasshelm.training.init_actor import start_files
+from glasshelm.training.init_actor import init_files
 
-STATE = "state.safetensors"
+STATE_FILE = "state.safetensors"
 
 
 @dataclasses.dataclass(frozen=True)
-class Place:
-    """How far a training is. ``number`` counts units of the stage, ``best`` the best fault yet."""
+class StagePosition:
+    """How far a training is: units done of a stage, the best selection loss yet, seconds spent."""
 
     stage: int = 0
-    number: int = 0
-    best: float | None = None
+    units: int = 0
+    best_loss: float | None = None
     seconds: float = 0.0
 
 
 class _Header(msgspec.Struct):
     version: str
     config: dict[str, Any]
-    place: Place
+    position: StagePosition
     replay: str | None
 
 
-def save_snapshot(folder: Path, state: Any, kept: Actor, place: Place, config: TrainConfig) -> None:
-    """Write the pair of files. ``kept`` is the best actor so far."""
+def save_snapshot(
+    folder: Path, state: Any, best_actor: Actor, position: StagePosition, config: TrainConfig
+) -> None:
+    """Write the pair of files."""
     replay_file = None
     if isinstance(state, DdpgState):
-        replay_file = f"replay-{place.stage}-{place.number}.safetensors"
+        replay_file = f"replay-{position.stage}-{position.units}.safetensors"
         save_tree(folder / replay_file, state.replay, {})
         state = _without_replay(state)
-    header = _Header(__version__, config_to_dict(config), place, replay_file)
-    save_tree(folder / STATE, {"state": state, "kept": kept}, msgspec.to_builtins(header))
-    # And what one who was killed left half-written.
+    header = _Header(__version__, config_to_dict(config), position, replay_file)
+    tree = {"state": state, "best_actor": best_actor}
+    save_tree(folder / STATE_FILE, tree, msgspec.to_builtins(header))
+    # Also what a killed process left half-written.
     for old in (*folder.glob("replay-*.safetensors"), *folder.glob(".*-replay-*.safetensors")):
         if old.name != replay_file:
             old.unlink(missing_ok=True)
 
 
-def read_place(folder: Path) -> tuple[Place, TrainConfig]:
-    """Where a snapshot stands and its configuration; InputError if there is none."""
-    if not os.path.isfile(folder / STATE):
-        raise InputError(f"{folder}: no {STATE} to resume; leave --resume out to begin")
-    header = _state_header(folder)
-    return header.place, config_from_dict(header.config)
+def read_position(folder: Path) -> tuple[StagePosition, TrainConfig]:
+    """How far a snapshot is and its configuration; InputError if there is none."""
+    if not os.path.isfile(folder / STATE_FILE):
+        raise InputError(f"{folder}: no {STATE_FILE} to resume; leave --resume out to start anew")
+    header = _read_header(folder)
+    return header.position, config_from_dict(header.config)
 
 
-def _state_header(folder: Path) -> _Header:
+def _read_header(folder: Path) -> _Header:
     try:
-        return msgspec.convert(read_header(folder / STATE), _Header)
+        return msgspec.convert(read_header(folder / STATE_FILE), _Header)
     except msgspec.ValidationError as error:
-        raise InputError(f"{folder / STATE}: not the state of a training ({error})") from None
+        raise InputError(f"{folder / STATE_FILE}: not the state of a training ({error})") from None
 
 
-def load_snapshot(folder: Path, state: Any, kept: Actor) -> tuple[Any, Actor]:
+def load_snapshot(folder: Path, state: Any, best_actor: Actor) -> tuple[Any, Actor]:
     """The saved state and best actor; the arguments give their structure."""
-    header = _state_header(folder)
+    header = _read_header(folder)
     replay = None
     if isinstance(state, DdpgState):
         replay = load_tree(folder / Path(header.replay or "").name, state.replay)
         state = _without_replay(state)
-    stored = load_tree(folder / STATE, {"state": state, "kept": kept})
+    stored = load_tree(folder / STATE_FILE, {"state": state, "best_actor": best_actor})
     loaded = stored["state"]
     if replay is not None:
         loaded = eqx.tree_at(lambda s: s.replay, loaded, replay, is_leaf=lambda x: x is None)
     # Own copies: what was read may share memory with the file's buffer, and is donated later.
-    return jax.tree.map(jnp.copy, loaded), stored["kept"]
-
-
-def pilot_header(config: TrainConfig, critic: SubTaskCritic | None, summary: dict[str, Any]):
-    """The header from which :func:`glasshelm.pilots.load_networks.rebuild` makes the networks."""
-    described = config_to_dict(config)
-    if config.start is not None:
-        # Where they lay is nobody's business.
-        described["start"] = ",".join(file.name for file in start_files(config.start))
-    return {
-        "version": __version__,
-        "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
-        "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),
-        "ship": config.ship,
-        "config": described,
-        "summary": summary,
-    }
+    return jax.tree.map(jnp.copy, loaded), stored["best_actor"]
 
 
 def save_pilot(
@@ -112,11 +98,23 @@ def save_pilot(
     critic: SubTaskCritic | None,
     config: TrainConfig,
     summary: dict[str, Any],
-) -> str:
-    """Write a pilot: actor, critic if there is one, configuration, summary; returns the SHA-256."""
-    return save_tree(
-        path, {"actor": actor, "critic": critic}, pilot_header(config, critic, summary)
-    )
+) -> None:
+    """Write a pilot: its networks, with what :func:`read_networks` needs and how it was trained."""
+    described = config_to_dict(config)
+    if config.init_from is not None:
+        # The names alone: folders are private.
+        described["init_from"] = ",".join(file.name for file in init_files(config.init_from))
+    header = {
+        "version": __version__,
+        "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
+        "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),
+        "ship": config.ship,
+        "encounters": dataclasses.asdict(config.encounters),
+        "env": dataclasses.asdict(config.ddpg.env),
+        "config": described,
+        "summary": summary,
+    }
+    save_tree(path, {"actor": actor, "critic": critic}, header)
 
 
 def _without_replay(state: DdpgState) -> DdpgState:

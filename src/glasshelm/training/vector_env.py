@@ -1,4 +1,4 @@
-"""Many worlds at once that never stop: encounters from a pool, one tick at a time."""
+"""Many environments stepped together, without end: a finished episode is followed by another."""
 
 from functools import partial
 from typing import TypeVar
@@ -8,27 +8,29 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
+from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
 from glasshelm.encounters.types import Encounter
-from glasshelm.env.rewards import Reward
-from glasshelm.env.step import EnvSettings, EnvState, reset, step
+from glasshelm.env.step import EnvSettings, EnvState, StepResult, reset, step
 from glasshelm.networks.actors import Actor
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.exploration import Noise, NoiseSettings, explore, quiet
-from glasshelm.training.replay_buffer import Row, row_of
+from glasshelm.training.exploration import Noise, NoiseSettings, explore, no_noise
+from glasshelm.training.replay_buffer import ReplayRow, replay_row
 
 Tree = TypeVar("Tree")
 
 
-class Pool(eqx.Module):
+class EncounterPool(eqx.Module):
     """Encounters drawn in advance, with their first states: a reset is a look-up."""
 
     encounters: Encounter
     starts: EnvState
 
 
-class Worlds(eqx.Module):
-    """All worlds at one instant. ``ended``: the episode is over, its last frame not yet written."""
+class VectorEnvState(eqx.Module):
+    """All environments at one instant.
+
+    ``ended``: the episode is over, its last frame is not yet in the replay buffer.
+    """
 
     encounter: Encounter
     state: EnvState
@@ -36,84 +38,90 @@ class Worlds(eqx.Module):
     ended: Bool[Array, " w"]
 
 
-def draw_pool(key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters) -> Pool:
-    """A fresh pool of ``size`` random encounters."""
-    encounters = draw_encounters(key, size, ship, settings)
-    return Pool(encounters, _starts(encounters, ship))
-
-
-@partial(jax.jit, static_argnums=(1, 3))
-def draw_encounters(
-    key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters
-) -> Encounter:
-    """``size`` independent random encounters."""
-    keys = jax.random.split(key, size)
-    return jax.vmap(lambda k: random_encounter(k, ship, settings))(keys)
-
-
-@jax.jit
-def _starts(encounters: Encounter, ship: ShipParams) -> EnvState:
+def reset_batch(encounters: Encounter, ship: ShipParams) -> EnvState:
+    """The first state of every encounter of a batch."""
     return jax.vmap(lambda e: reset(e, ship))(encounters)
 
 
-def first_worlds(pool: Pool, worlds: int) -> Worlds:
-    """Worlds at the start of the first encounters of a pool."""
-    return Worlds(
-        jax.tree.map(lambda x: x[:worlds], pool.encounters),
-        jax.tree.map(lambda x: x[:worlds], pool.starts),
-        quiet(worlds),
-        jnp.zeros(worlds, bool),
+def step_batch(
+    encounters: Encounter,
+    states: EnvState,
+    actions: Float[Array, " w"],
+    ship: ShipParams,
+    settings: EnvSettings = EnvSettings(),
+) -> StepResult:
+    """One step of every encounter of a batch; ``actions`` are fractions of the rudder limit."""
+    return jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship, settings))(
+        encounters, states, actions
     )
 
 
-def cut_short(number: Int[Array, ""], worlds: int, episode_steps: int) -> Bool[Array, " w"]:
-    """Worlds whose first episode the clock ends early, so that they do not all end together."""
-    return number == jnp.arange(worlds) * episode_steps // worlds
+def draw_pool(
+    key: PRNGKeyArray, size: int, ship: ShipParams, settings: RandomEncounters
+) -> EncounterPool:
+    """A fresh pool of ``size`` random encounters."""
+    encounters = random_encounters(key, size, ship, settings)
+    return EncounterPool(encounters, jax.jit(reset_batch)(encounters, ship))
 
 
-def tick(
-    worlds: Worlds,
+def init_envs(pool: EncounterPool, num_envs: int) -> VectorEnvState:
+    """Environments at the start of the first encounters of a pool."""
+    encounters, starts = jax.tree.map(lambda x: x[:num_envs], (pool.encounters, pool.starts))
+    return VectorEnvState(encounters, starts, no_noise(num_envs), jnp.zeros(num_envs, bool))
+
+
+def staggered_end(steps: Int[Array, ""], num_envs: int, episode_steps: int) -> Bool[Array, " w"]:
+    """Which first episodes to truncate now, so that not all episodes end at the same step."""
+    return steps == jnp.arange(num_envs) * episode_steps // num_envs
+
+
+def step_all(
+    envs: VectorEnvState,
     actor: Actor,
-    pool: Pool,
+    pool: EncounterPool,
     progress: Float[Array, ""],
-    cut: Bool[Array, " w"],
+    truncate: Bool[Array, " w"],
     key: PRNGKeyArray,
     ship: ShipParams,
     settings: EnvSettings,
     noise_settings: NoiseSettings,
-) -> tuple[Worlds, Row]:
-    """One step of every world, and the row that it leaves in the replay.
+) -> tuple[VectorEnvState, ReplayRow]:
+    """One step of every environment under the actor with exploration.
 
-    ``progress`` is the fraction of the training done, ``cut`` ends episodes by
-    the clock. A world whose episode is over spends a tick on writing its last frame, as a
-    row that is no transition, and then begins another encounter of the pool.
+    An environment whose episode is over spends a step on its last frame (a row
+    that is no transition) and then begins another encounter of the pool.
+
+    Args:
+        envs: The environments before the step.
+        actor: The actor that steers.
+        pool: Where the next encounters come from.
+        progress: Fraction of the training done, for the exploration.
+        truncate: Environments whose episode is to end with this step.
+        key: Random key of this step.
+        ship: Own ship.
+        settings: The environment's settings.
+        noise_settings: The exploration's settings.
+
+    Returns:
+        The environments after the step, and the row that it adds to the replay buffer.
     """
     noise_key, reset_key = jax.random.split(key)
-    observation = worlds.state.observation
-    action, noise = explore(worlds.noise, actor(observation), progress, noise_settings, noise_key)
-    out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship, settings))(
-        worlds.encounter, worlds.state, action
+    observation = envs.state.observation
+    action, noise = explore(envs.noise, actor(observation), progress, noise_settings, noise_key)
+    result = step_batch(envs.encounter, envs.state, action, ship, settings)
+    row = replay_row(
+        observation, action, result.reward, envs.state.step, ~envs.ended, result.terminated
     )
-    row = row_of(
-        observation,
-        action,
-        Reward(out.reward.waypoint, out.reward.by_ship),
-        worlds.state.step,
-        ~worlds.ended,
-        out.terminated,
-    )
-    chosen = jax.random.randint(reset_key, worlds.ended.shape, 0, pool.encounters.present.shape[0])
-    fresh_encounter, fresh_state, fresh_noise = (
-        jax.tree.map(lambda x: x[chosen], pool.encounters),
-        jax.tree.map(lambda x: x[chosen], pool.starts),
-        quiet(worlds.ended.shape[0]),
-    )
+    num_envs, pool_size = envs.ended.shape[0], pool.encounters.present.shape[0]
+    drawn = jax.random.randint(reset_key, (num_envs,), 0, pool_size)
+    encounters, starts = jax.tree.map(lambda x: x[drawn], (pool.encounters, pool.starts))
+    choose = partial(_choose, envs.ended)
     return (
-        Worlds(
-            _choose(worlds.ended, fresh_encounter, worlds.encounter),
-            _choose(worlds.ended, fresh_state, out.state),
-            _choose(worlds.ended, fresh_noise, noise),
-            ~worlds.ended & (out.terminated | out.truncated | cut),
+        VectorEnvState(
+            choose(encounters, envs.encounter),
+            choose(starts, result.state),
+            choose(no_noise(num_envs), noise),
+            ~envs.ended & (result.terminated | result.truncated | truncate),
         ),
         row,
     )

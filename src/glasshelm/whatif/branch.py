@@ -25,7 +25,7 @@ from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, Track
 from glasshelm.env.observe import FRAMES, Observation, empty_observation, observe, push_frame
 from glasshelm.env.step import EnvSettings, EnvState, margins
-from glasshelm.env.target_selection import CAPACITY, select_targets
+from glasshelm.env.target_selection import MAX_TARGETS, select_targets
 from glasshelm.frames.frame_log import is_episode_start
 from glasshelm.frames.schema import Frame, Own
 from glasshelm.pilots.protocols import Memory, Pilot
@@ -106,7 +106,7 @@ def branch_at(
     window = [*frames[first:number], *ahead]
     infos = _infos(window)
     chosen_from = any(not t.selected and not t.lost for f in window for t in f.targets)
-    slots = max(len(infos), CAPACITY + 1) if chosen_from else len(infos)
+    slots = max(len(infos), MAX_TARGETS + 1) if chosen_from else len(infos)
     places = {info.id: k for k, info in enumerate(infos)}
     track = _track(ahead, places, slots, steps, settings)
     encounter = padded_encounter(

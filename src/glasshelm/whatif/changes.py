@@ -43,7 +43,7 @@ class Deleted:
         return eqx.tree_at(
             lambda p: (
                 p.encounter.present,
-                p.held.motion.present,
+                p.last_known.motion.present,
                 p.state.danger,
                 p.state.observation,
             ),
@@ -67,11 +67,9 @@ class Hidden:
     ship: str
 
     def apply(self, branch: Branch, premise: BranchState) -> BranchState:
-        observation = premise.visible.at[branch.slot(self.ship)].set(False)
-        known = masked(premise.state.observation, observation)
-        return eqx.tree_at(
-            lambda p: (p.observation, p.state.observation), premise, (observation, known)
-        )
+        visible = premise.visible.at[branch.slot(self.ship)].set(False)
+        known = masked(premise.state.observation, visible)
+        return eqx.tree_at(lambda p: (p.visible, p.state.observation), premise, (visible, known))
 
     def describe(self, branch: Branch) -> str:
         return f"if the pilot did not see {_name(branch, self.ship)}"
@@ -91,7 +89,7 @@ class KeptCourse:
         if self.ship is None:
             steady = jnp.zeros_like(premise.state.own.rate_of_turn_rad_s)
             return eqx.tree_at(
-                lambda p: (p.state.own.rate_of_turn_rad_s, p.rudder_rad, p.ordered),
+                lambda p: (p.state.own.rate_of_turn_rad_s, p.override_rad, p.override_steps),
                 premise,
                 (steady, jnp.zeros(()), jnp.asarray(UNTIL_THE_END, jnp.int32)),
             )
@@ -136,7 +134,7 @@ class Rudder:
             )
         steps = max(round(self.seconds / branch.settings.step_s), 1)
         return eqx.tree_at(
-            lambda p: (p.rudder_rad, p.ordered),
+            lambda p: (p.override_rad, p.override_steps),
             premise,
             (jnp.asarray(math.radians(self.degrees), jnp.float32), jnp.asarray(steps, jnp.int32)),
         )
@@ -147,9 +145,9 @@ class Rudder:
         return f"with the rudder {where} for {duration(self.seconds)}"
 
 
-def masked(known: Observation, observation: jnp.ndarray) -> Observation:
+def masked(known: Observation, visible: jnp.ndarray) -> Observation:
     """The observation with only these ships in it."""
-    present = known.present & observation
+    present = known.present & visible
     return Observation(
         known.waypoint, jnp.where(present[:, None, None], known.targets, 0.0), present
     )

@@ -6,7 +6,14 @@ from typing import Any
 
 import pytest
 from tests.bridge.page.axe import axe_violations
-from tests.bridge.page.conftest import Server, until, wait_for_words, wait_until_equal, words
+from tests.bridge.page.conftest import (
+    PATIENCE_S,
+    Server,
+    until,
+    wait_for_words,
+    wait_until_equal,
+    words,
+)
 
 OpenPage = Callable[..., Any]
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
@@ -91,7 +98,7 @@ def test_a_viewer_follows_the_owner_and_asks_what_if(
     page = open_page(viewer)
     page.evaluate(SENT)
     page.get_by_role("button", name="What if the rudder went to S 5° now, for a minute?").click()
-    wait_for_words(page, "gh-what-if p", "rudder")
+    wait_for_words(page, "gh-what-if p", "rudder", PATIENCE_S)
     assert [text for text in page.evaluate("window.sent") if "whatif" not in text] == []
     server.ask({"type": "seek", "time_s": 180})
     wait_for_words(page, "gh-transport", "03:00")

@@ -20,7 +20,7 @@ import { store } from "../store";
 import { shared } from "../style/shared";
 import { badgeColour, shipBadge } from "./ship-badge";
 import { StoreElement } from "./store-element";
-import { listStyle } from "./target-list.style";
+import { listStyle } from "./list-style";
 
 /** So many rows are visible on every screen. */
 const MIN_VISIBLE_ROWS = 4;

@@ -96,7 +96,7 @@ class SessionPlayer:
     async def withdraw(self) -> None:
         """Withdraw for good what was written to Signal K: the server is about to stop."""
         if self.writer is not None:
-            await self.writer.end()
+            await self.writer.close()
 
     def close(self) -> None:
         """Close the session. Jobs that are still running are not waited for, except its own."""
@@ -277,11 +277,11 @@ class SessionPlayer:
                 or not current
                 or not presenter.alarms_are_current
             ):
-                self.writer.fall_silent()
+                self.writer.withdraw()
             else:
-                self.writer.tell(frame, presenter.alarms)
+                self.writer.publish(frame, presenter.alarms)
         except BaseException:
-            self.writer.fall_silent()
+            self.writer.withdraw()
             raise
 
     def session_message(self, presenter: Presenter) -> Outgoing:
@@ -309,7 +309,7 @@ class SessionPlayer:
 
     def _writer_fault(self, presenter: Presenter) -> list[str]:
         live = presenter.session.info.mode == "live"
-        fault = self.writer.trouble if self.writer is not None and live else None
+        fault = self.writer.last_error if self.writer is not None and live else None
         return [] if fault is None else [fault]
 
     async def _woken(self, seconds: float) -> bool:

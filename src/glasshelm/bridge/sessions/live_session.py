@@ -15,8 +15,8 @@ from glasshelm.bridge.sessions.session import PredictedTrack, Session, SessionIn
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Scenario
 from glasshelm.feeds.nmea_transport import FileFeed
-from glasshelm.feeds.report_queue import ReportQueue
 from glasshelm.frames.schema import Frame
+from glasshelm.live.report_queue import ReportQueue
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
@@ -108,7 +108,7 @@ class LiveSession(Session):
         return WAITING_STEP_S if self.index < 0 else self._main.advisor.settings.step_s
 
     def status(self) -> SessionStatus:
-        now, heard = self._picture.now(), self._picture.heard
+        now, heard = self._picture.now(), self._picture.latest_time
         age_s = None if now is None or heard is None else (now - heard).total_seconds()
         now_s = self.log.times[self.index] if self.index >= 0 else 0.0
         return SessionStatus(
@@ -119,7 +119,7 @@ class LiveSession(Session):
             last_report_age_s=age_s,
             own_position_age_s=self._picture.own_age_s(),
             faults=self._faults(),
-            feed_counts={c.what: c.told() for c in (self._feed.counts, self._picture.counts)},
+            feed_counts={c.unit: c.as_dict() for c in (self._feed.counts, self._picture.counts)},
         )
 
     def warm_up(self, pilot: Pilot, predict: bool = True) -> None:
@@ -129,15 +129,15 @@ class LiveSession(Session):
             advisor.predicted()
 
     def next_frame(self) -> Frame | None:
-        self._reports.take(self._picture)
+        self._reports.drain_into(self._picture)
         now = self._picture.now()
         if now is None:
-            heard = self._feed.counts.heard > 0
+            heard = self._feed.counts.received > 0
             self._set_notes("no position heard yet" if heard else "nothing heard yet")
             return None
         scenario = self._picture.scenario(now, self._params)
         if scenario is None:
-            self._set_notes(self._picture.state(now))
+            self._set_notes(self._picture.status(now))
             return None
         if self._first is not None and not self._continues(self._first, scenario):
             self._restart()
@@ -193,7 +193,7 @@ class LiveSession(Session):
     def _faults(self) -> tuple[str, ...]:
         feed = self._end_reason
         if feed is None and not self._feed.connected:
-            feed = self._feed.trouble or "no connection"
+            feed = self._feed.last_error or "no connection"
         faults = feed, *(log.error for log in self._logs), *self._fault_log.messages
         return tuple(dict.fromkeys(fault for fault in faults if fault is not None))
 
@@ -224,14 +224,14 @@ class LiveSession(Session):
         """Note what is going wrong, what is known, and how much of the feed was of no use."""
         all_notes = [*self._faults(), *notes]
         feed, picture = self._feed.counts, self._picture.counts
-        if feed.faulty or feed.useless:
-            all_notes.append(feed.sentence())
-        if picture.useless:
-            all_notes.append(picture.sentence())
+        if feed.has_faults or feed.all_rejected:
+            all_notes.append(feed.summary())
+        if picture.all_rejected:
+            all_notes.append(picture.summary())
         if n_lost := sum(log.n_lost for log in self._logs):
             all_notes.append(f"{n_lost} frames were shown without being logged")
-        if left_out := self._reports.left_out:
-            all_notes.append(f"{left_out} reports came faster than they could be taken")
+        if n_dropped := self._reports.n_dropped:
+            all_notes.append(f"{n_dropped} reports came faster than they could be taken")
         self.info = dataclasses.replace(self.info, notes=tuple(all_notes))
 
 
@@ -241,13 +241,13 @@ def _lone_ship(ship: ShipParams) -> Scenario:
     own = Report(
         id="own",
         time=now,
-        own=True,
+        is_own=True,
         latitude_deg=1.0,
         longitude_deg=1.0,
         course_rad=0.0,
         speed_m_s=5.0,
     )
-    picture.take(own)
+    picture.update(own)
     scenario = picture.scenario(now, ship)
     assert scenario is not None
     return scenario

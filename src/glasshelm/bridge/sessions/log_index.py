@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from glasshelm.bridge.server.protocol import LogEntry
-from glasshelm.core.errors import NOT_JSON, InputError
+from glasshelm.core.errors import DECODE_ERRORS, InputError
 from glasshelm.frames.frame_log import MAX_LINE_BYTES
 
 SUFFIX = ".jsonl"
@@ -62,7 +62,7 @@ class _Count:
                     return len(first)
                 try:
                     self.time_utc = msgspec.json.decode(first, type=_Start).time_utc
-                except NOT_JSON:
+                except DECODE_ERRORS:
                     self.is_log = False
                 self.n_bytes, self.n_frames = len(first), 1
             file.seek(self.n_bytes)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.core.errors import NOT_JSON, InputError, hide_paths
+from glasshelm.core.errors import DECODE_ERRORS, InputError, hide_paths
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.frames import frame_log
 from glasshelm.frames.frame_log import FrameLog
@@ -217,7 +217,7 @@ class FileLog(SessionLog):
                 start = file.tell() - len(line)
                 try:
                     time_s = _decoder.decode(line).time_s
-                except NOT_JSON as error:
+                except DECODE_ERRORS as error:
                     if not line.endswith(b"\n"):
                         break
                     problem = f"line {number} is not a frame ({error})"

@@ -8,7 +8,7 @@ from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.encounters.types import Scenario
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.simulation.prediction import predicted
+from glasshelm.simulation.prediction import predict_track
 from glasshelm.simulation.voyage import Voyage, VoyageCheckpoint, steps_of
 
 
@@ -27,7 +27,7 @@ class LoggedVoyage:
         """Simulate up to that frame; return whether the voyage gets there."""
         while len(self.log) <= number:
             checkpoint = self.voyage.place
-            frames = self.voyage.sail_on()
+            frames = self.voyage.advance()
             if not frames:
                 return False
             try:
@@ -45,7 +45,7 @@ class LoggedVoyage:
         """
         checkpoint, other = self.voyage.place, None
         self.voyage.place = self.checkpoints[number]
-        self.voyage.hand_over(pilot)
+        self.voyage.change_pilot(pilot)
         try:
             other = LoggedVoyage(self.voyage, self._log_dir)
             other.checkpoints = self.checkpoints[:number]
@@ -64,7 +64,7 @@ class LoggedVoyage:
 def _predict(voyage: Voyage, start: VoyageCheckpoint) -> PredictedTrack:
     """Predict own ship's track from a checkpoint on."""
     state, memory = start.carry.state, start.carry.memory
-    own = predicted(start.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
+    own = predict_track(start.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
     return PredictedTrack.of(own, voyage.settings.step_s)
 
 
@@ -96,7 +96,7 @@ class SimulatedSession(Session):
 
     def warm_up(self, pilot: Pilot, predict: bool = True) -> None:
         voyage = self._voyage(pilot)
-        voyage.sail_on()
+        voyage.advance()
         if predict:
             _predict(voyage, voyage.place)
 

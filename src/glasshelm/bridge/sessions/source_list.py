@@ -13,10 +13,15 @@ from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.core.errors import InputError, hide_paths
 from glasshelm.encounters.imazu import imazu_cases
 from glasshelm.encounters.random_encounters import FAMILIES
-from glasshelm.encounters.scenario_factory import BUNDLED, cut, generated, scenario_from
+from glasshelm.encounters.scenario_factory import (
+    BUNDLED,
+    generated_scenario,
+    recording_settings,
+    scenario_from,
+)
 from glasshelm.encounters.types import Scenario
 from glasshelm.evaluation.contenders import ship_of
-from glasshelm.feeds.feed_factory import feed_from
+from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
@@ -64,7 +69,11 @@ class SourceList:
         signalk_token: str | None = None,
         minutes: float | None = None,
     ):
-        self._log_index, self._signalk_token, self._cut = log_index, signalk_token, cut(minutes)
+        self._log_index, self._signalk_token, self._recording = (
+            log_index,
+            signalk_token,
+            recording_settings(minutes),
+        )
         self._feed = source if source and is_live_source(source) else None
         simulated = source is not None and _is_built_in(source) and source not in BUNDLED
         if minutes is not None and (self._feed or simulated):
@@ -83,16 +92,16 @@ class SourceList:
         """Return the scenario of a name of the catalogue, or of a generator."""
         params = ship_named(ship)
         if source in BUNDLED:
-            return scenario_from(source, params, own, at, self._cut)
+            return scenario_from(source, params, own, at, self._recording)
         if _is_built_in(source):
             if own is not None or at is not None:
                 raise InputError(f"{source}: own ship and time are of recorded traffic only")
-            return generated(source, params)
+            return generated_scenario(source, params)
         file = self._file
         if file is None or source not in (display_name(file), file):
             raise InputError(f"no source {source[:100]!r}: choose one of the catalogue")
         with hide_paths(display_name(file), file, Path(file)):
-            scenario = scenario_from(file, params, own, at, self._cut)
+            scenario = scenario_from(file, params, own, at, self._recording)
         return dataclasses.replace(scenario, source=display_name(file))
 
     def is_live(self, source: str) -> bool:
@@ -105,7 +114,7 @@ class SourceList:
             raise InputError("no live traffic was named on the command line")
         address = self._feed.removeprefix(LIVE_PREFIX)
         with hide_paths(display_name(self._feed), address, Path(address)):
-            return feed_from(address, own, self._signalk_token)
+            return create_feed(address, own, self._signalk_token)
 
     def pilot(self, name: str) -> Pilot:
         """Return a pilot of the catalogue; it is read from disk once."""

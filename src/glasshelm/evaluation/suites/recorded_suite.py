@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from glasshelm.ais.table import OWN_SENSORS, Recording, Reports
+from glasshelm.ais.limits import LOST_AFTER_S
+from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.globe import LOST_AFTER_S, Instant, closest, instants
-from glasshelm.encounters.recorded_traffic import RecordingSettings, scenario_of
-from glasshelm.encounters.recording_window import RECORDED, Part, read_recording
+from glasshelm.encounters.recorded_traffic import RecordingSettings, scenario_from_excerpt
+from glasshelm.encounters.recording_window import RECORDED, RecordingExcerpt, read_recording
 from glasshelm.encounters.scenario_factory import BUNDLED
+from glasshelm.encounters.snapshots import TrafficSnapshot, closest_approaches, snapshots
 from glasshelm.encounters.types import Scenario
 from glasshelm.evaluation.suites.batching import scenario_suite
 from glasshelm.evaluation.types import Suite
@@ -90,8 +91,8 @@ def _scenario(
     around = (times > window.begins_s - LOST_AFTER_S) & (times <= window.begins_s + HEADING_FOR_S)
     traffic = Recording(recording.reports.take(around), recording.ships, recording.notes)
     try:
-        part = Part(traffic, window.mmsi, window.begins_s)
-        found = scenario_of(path, part, ship, RecordingSettings())
+        part = RecordingExcerpt(traffic, window.mmsi, window.begins_s)
+        found = scenario_from_excerpt(path, part, ship, RecordingSettings())
     except InputError:  # she goes nowhere after all
         return None
     at = datetime.fromtimestamp(window.begins_s, UTC)
@@ -102,12 +103,12 @@ def _scenario(
     )
 
 
-def windows(reports: Reports, settings: Windows = Windows()) -> list[Window]:
+def windows(reports: ReportTable, settings: Windows = Windows()) -> list[Window]:
     """The windows of cleaned reports, in order of own ship and time."""
     ends = _last_heard(reports)
     free_from: dict[int, float] = {}
     found = []
-    for ships in instants(reports, settings.every_s):
+    for ships in snapshots(reports, settings.every_s):
         speed = np.linalg.norm(ships.velocity_m_s, axis=-1)
         ships = ships.take(speed >= settings.slowest_m_s)
         for own, closing in _closing(ships, settings).items():
@@ -121,7 +122,7 @@ def windows(reports: Reports, settings: Windows = Windows()) -> list[Window]:
     return sorted(found, key=lambda window: (window.mmsi, window.begins_s))
 
 
-def _last_heard(reports: Reports) -> dict[int, np.ndarray]:
+def _last_heard(reports: ReportTable) -> dict[int, np.ndarray]:
     """Of each ship the times after which she falls silent for long, in order; her last is one."""
     order = np.lexsort((reports.time_s, reports.mmsi))
     mmsi, time_s = reports.mmsi[order], reports.time_s[order]
@@ -130,13 +131,13 @@ def _last_heard(reports: Reports) -> dict[int, np.ndarray]:
     return dict(zip(ships.tolist(), np.split(time_s[over], first[1:]), strict=True))
 
 
-def _closing(ships: Instant, settings: Windows) -> dict[int, list[int]]:
+def _closing(ships: TrafficSnapshot, settings: Windows) -> dict[int, list[int]]:
     """Of each ship those who would pass her within the limits."""
     if len(ships.mmsi) < 2:
         return {}
     fastest = float(np.linalg.norm(ships.velocity_m_s, axis=-1).max())
     pairs = ships.pairs(settings.dcpa_m + 2 * fastest * settings.tcpa_s[1])
-    range_m, tcpa, dcpa = closest(ships, pairs)
+    range_m, tcpa, dcpa = closest_approaches(ships, pairs)
     low, high = settings.tcpa_s
     near = (dcpa <= settings.dcpa_m) & (tcpa >= low) & (tcpa <= high)
     found: dict[int, list[int]] = {}

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from glasshelm.training.course_reversals import Reversals
+from glasshelm.ship.course_reversals import Reversals
 
 
 def reversals(headings_deg) -> int:

@@ -8,8 +8,8 @@ import pytest
 from tests.bridge.process import free_port
 from tests.feeds.live import pictured, until
 
-from glasshelm.feeds.connection_errors import reason
-from glasshelm.feeds.feed_factory import feed_from, signalk_server
+from glasshelm.feeds.connection import describe_error
+from glasshelm.feeds.feed_factory import create_feed, signalk_server
 from glasshelm.live.signalk_writer import SignalKWriter
 
 NOBODY = OSError(errno.ECONNREFUSED, "Connect call failed ('127.0.0.1', 21110)")
@@ -27,7 +27,7 @@ NOBODY = OSError(errno.ECONNREFUSED, "Connect call failed ('127.0.0.1', 21110)")
     ],
 )
 def test_reason(error, words):
-    assert reason(error) == words
+    assert describe_error(error) == words
 
 
 @pytest.mark.parametrize("scheme", ["tcp", "signalk"])
@@ -35,10 +35,10 @@ def test_nobody_at_the_port(scheme):
     address = f"127.0.0.1:{free_port()}"
 
     async def listen():
-        feed = feed_from(f"{scheme}://{address}")
+        feed = create_feed(f"{scheme}://{address}")
         async with pictured(feed):
-            await until(lambda: feed.trouble)
-        return feed.trouble
+            await until(lambda: feed.last_error)
+        return feed.last_error
 
     trouble = asyncio.run(listen())
     assert address in trouble
@@ -68,9 +68,9 @@ def test_a_token_goes_nowhere_else_than_to_its_server():
             port = first.sockets[0].getsockname()[1]
             writer = SignalKWriter(signalk_server(f"signalk://127.0.0.1:{port}", "secret"))
             task = asyncio.create_task(writer.run())
-            await until(lambda: writer.trouble)
+            await until(lambda: writer.last_error)
             task.cancel()
-        return asked, writer.trouble
+        return asked, writer.last_error
 
     asked, trouble = asyncio.run(write())
     assert asked == []
