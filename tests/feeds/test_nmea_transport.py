@@ -338,8 +338,8 @@ def test_a_file_that_cannot_be_played_is_told_in_one_line(tmp_path):
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le"])
 def test_a_file_of_any_encoding_is_played_whole(tmp_path, traffic, encoding):
     plain, other = tmp_path / "plain.nmea", tmp_path / "other.nmea"
-    plain.write_bytes(b"\n".join(traffic))
-    other.write_bytes(b"\r\n".join(traffic).decode("latin-1").encode(encoding))
+    plain.write_bytes(b"\n".join(traffic[:2000]))
+    other.write_bytes(b"\r\n".join(traffic[:2000]).decode("latin-1").encode(encoding))
     assert heard_of(other)[1] == heard_of(plain)[1]
 
 
