@@ -5,12 +5,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, SPEED, cases, encounter
+from tests.evaluation.cases import ABEAM, HEAD_ON, SPEED, cases, encounter
 
 from glasshelm.colregs.classification import EncounterType
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.simulation.rollout import rollout, rollout_tracks
-from glasshelm.training.validation import Memoryless, validation_rollout
 
 
 class Weaves(eqx.Module):
@@ -28,13 +27,6 @@ class Weaves(eqx.Module):
         return jnp.where(
             observation.waypoint[0, 1] < 1.0, jnp.nan, jnp.clip(rudder, -1, 1)
         ), memory + 1
-
-
-class SeesTogether(eqx.Module):
-    """:class:`Sees` as training calls an actor: for all worlds at once."""
-
-    def __call__(self, observation):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, :, 0, 0].sum(-1), -1, 1)
 
 
 class Sees(eqx.Module):
@@ -109,19 +101,6 @@ def test_a_case_ends_at_its_own_step():
     longer = jax.device_get(rollout(BatchedPilot(Sees()), alone, STEPS))
     jax.tree.map(np.testing.assert_array_equal, found, longer)
     assert found.time_s.tolist() == [500.0] * 4
-
-
-def test_the_same_as_the_measures_of_training():
-    """training.validation simulates the same pilot to the same margins, ranges and returns."""
-    batch = cases(*CASES, steps=STEPS)
-    found = jax.device_get(rollout(BatchedPilot(Sees()), batch, STEPS))
-    encounters = jax.tree.map(jnp.asarray, batch.encounter)
-    policy = Memoryless(SeesTogether())
-    theirs = jax.device_get(validation_rollout(policy, encounters, SHIP, 240, STEPS))
-    np.testing.assert_allclose(found.range_m.T, theirs.range_m, rtol=1e-3)
-    np.testing.assert_allclose(found.margin.T, theirs.margin, atol=1e-3)
-    np.testing.assert_allclose(found.return_by_task, theirs.return_by_task, atol=1e-2)
-    np.testing.assert_allclose(found.rudder / STEPS, theirs.rudder, rtol=1e-3)
 
 
 def test_a_rudder_that_is_no_number_is_told():
