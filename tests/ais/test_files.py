@@ -74,6 +74,7 @@ def test_text_is_read_whatever_its_packing_encoding_and_name(tmp_path, data, nam
     assert kind_of(put(tmp_path, data, name)) == "table"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pack", [gzip.compress, bz2.compress, lzma.compress, zstd])
 def test_what_is_cut_off_is_read_as_far_as_it_goes(tmp_path, pack):
     # Lines that cannot be packed to nothing; a torn last line is left out.
