@@ -5,6 +5,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from benchmarks.certify import empty_plots, push_plots
 
 from glasshelm.certify.measurements import observe_plots, with_errors
@@ -30,6 +31,7 @@ def _sailed():
     return state, scene
 
 
+@pytest.mark.slow
 def test_the_plots_of_a_voyage_show_what_the_pilot_saw():
     state, scene = _sailed()
     observation = observe_plots(scene)

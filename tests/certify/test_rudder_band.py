@@ -13,6 +13,8 @@ from glasshelm.certify.rudder_band import RudderBand, action_bounds, certified_b
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.registry import load
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def actor():

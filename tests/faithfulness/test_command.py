@@ -56,6 +56,7 @@ def one_line(capsys):
     return said
 
 
+@pytest.mark.slow
 def test_the_command_writes_its_table_and_figure(tmp_path):
     """The one test here in which scores are computed."""
     arguments = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
@@ -95,6 +96,7 @@ def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, a
     assert not asked
 
 
+@pytest.mark.slow
 def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
     tmp_path, weights, asked, capsys, monkeypatch
 ):

@@ -1,6 +1,7 @@
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.pilots.batched import BatchedPilot
@@ -43,6 +44,7 @@ class Quarter(eqx.Module):
         return jnp.full(observation.present.shape[0], 0.25)
 
 
+@pytest.mark.slow
 def test_a_memory_goes_from_decision_to_decision_and_both_ways_agree():
     cases = plain_cases(validation_encounters(SHIP, 4), SHIP, 12)
     found = [rollout(BatchedPilot(p), cases, 12) for p in (Counting(), CountingTogether())]

@@ -85,6 +85,7 @@ def test_a_course_is_chosen_every_so_many_decisions_and_steered_in_between():
     np.testing.assert_allclose(offsets, [0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.3], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cpa", "mpc"])
 def test_one_world_is_steered_as_it_is_among_others(name):
     pilot = CoursePilot(SHIP, name, METHODS[name])
@@ -105,6 +106,7 @@ def intruded(method: str) -> int:
     return int((measures.margin[:, 1] > 0).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AVOIDING)
 def test_every_avoidance_avoids(name):
     assert intruded(name) < 0.6 * intruded("waypoint")

@@ -41,6 +41,7 @@ move = jax.jit(step, static_argnums=3)
 rudder_of = jax.jit(rudder_towards, static_argnums=2)
 
 
+@pytest.mark.slow
 def test_the_situation_is_read_back_from_the_observation():
     encounter = scene((2000.0, 5000.0, 250.0, 4.0))
     state = begin(encounter, SHIP)
@@ -84,6 +85,7 @@ def test_of_two_sides_the_one_being_steered_is_kept(heading):
     assert float(fickle.values.max()) > float(plan(observation, SHIP).values.max())
 
 
+@pytest.mark.slow
 def test_between_two_ways_out_the_middle_is_what_costs():
     """Imazu 19: two ships close in from both sides; a turn to either is better than none."""
     paper = SHIPS["paper"]
@@ -124,6 +126,7 @@ def test_the_manoeuvres_are_those_of_the_settings():
     np.testing.assert_allclose(table[-1], [0.0, 50, np.radians(60), 80], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPS)
 def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
     ship = SHIPS[name]
@@ -149,6 +152,7 @@ def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
     assert jnp.max(margins()) < 0.05
 
 
+@pytest.mark.slow
 def test_one_world_is_steered_as_it_is_among_others():
     encounter = imazu_scenario("5", SHIP).encounter
     pilot = CoursePilot(SHIP, "planner", PLANNER)

@@ -12,6 +12,8 @@ from glasshelm.pilots.registry import load
 from glasshelm.planning.lookahead import look_ahead
 from glasshelm.ship.nomoto import SHIPS
 
+pytestmark = pytest.mark.slow
+
 SHIP = SHIPS["paper"]
 AHEAD_S = 1800.0
 

@@ -19,6 +19,8 @@ from glasshelm.training.dagger import (
 )
 from glasshelm.training.encounter_mix import EncounterMix
 
+pytestmark = pytest.mark.slow
+
 SHIP = SHIPS["large_ship"]
 SETTINGS = DaggerSettings(
     CourseSettings(

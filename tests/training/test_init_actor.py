@@ -40,6 +40,7 @@ def test_a_new_one_follows_the_seed():
     assert float(jnp.abs(first[0] - first[2]).max()) > 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
     """Same rudder; the copies get gradients of their own."""

@@ -53,6 +53,7 @@ def simulated():
     return replay, observations, rows
 
 
+@pytest.mark.slow
 def test_stacks_are_the_environments_own_observations_bit_for_bit(simulated):
     replay, observations, rows = simulated
     low, high = (int(x) for x in sampleable_steps(replay))
