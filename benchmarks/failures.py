@@ -17,10 +17,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from glasshelm.evaluation.contenders import ship_of
 from glasshelm.evaluation.failure_analysis import Event, counted, explain_failures
 from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
+from glasshelm.pilots.pilot_resolution import ship_of
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS
 

@@ -25,7 +25,7 @@ from glasshelm.evaluation.statistics import clopper_pearson
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import names, pilot_named
+from glasshelm.pilots.registry import pilot_named, pilot_names
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import SHIPS, ShipParams
@@ -86,7 +86,7 @@ def main() -> None:
     parser.add_argument("--random-only", action="store_true", help="leave out the Imazu cases")
     arguments = parser.parse_args()
     rows, by_ships, imazu = [], [], []
-    for name in arguments.pilots or names():
+    for name in arguments.pilots or pilot_names():
         pilot = pilot_named(name)
         ships = _ships(pilot)
         digest = (getattr(pilot, "weights_sha256", None) or "")[:8]

@@ -10,6 +10,7 @@ from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, SPEED, cases, encounter
 from glasshelm.colregs.classification import Kind
 from glasshelm.evaluation.rollout import retrace, sail
 from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.protocols import Decision
 from glasshelm.training.validation import Memoryless, rollout
 
 
@@ -23,11 +24,10 @@ class Weaves(eqx.Module):
     def start(self):
         return jnp.zeros(())
 
-    def steer(self, observation, memory):
+    def decide(self, observation, memory):
         rudder = jnp.sin(memory / 40.0) * 0.4 + 0.5 * observation.targets[:, 0, 0].sum()
-        return jnp.where(
-            observation.waypoint[0, 1] < 1.0, jnp.nan, jnp.clip(rudder, -1, 1)
-        ), memory + 1
+        near = observation.waypoint[0, 1] < 1.0
+        return Decision(jnp.where(near, jnp.nan, jnp.clip(rudder, -1, 1))), memory + 1
 
 
 class SeesTogether(eqx.Module):
@@ -45,8 +45,8 @@ class Sees(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1)), memory
 
 
 CASES = [encounter(HEAD_ON), encounter(ABEAM), encounter(HEAD_ON, ABEAM), encounter()]
@@ -66,8 +66,8 @@ class _Amidships(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.zeros(()), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.zeros(())), memory
 
 
 def test_collision_and_distance_of_a_ship_that_does_nothing(straight):

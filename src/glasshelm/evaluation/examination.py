@@ -24,7 +24,7 @@ from glasshelm.evaluation.result_cache import (
 from glasshelm.evaluation.suites.suite_registry import suites_named
 from glasshelm.evaluation.timing import Timing, decision_time
 from glasshelm.evaluation.types import Suite
-from glasshelm.pilots.protocols import OraclePilot
+from glasshelm.pilots.clairvoyant import OraclePilot
 
 #: Told of progress: what is being sailed, voyages done, voyages of all.
 Progress = Callable[[str, int, int], None]

@@ -22,7 +22,8 @@ from glasshelm.env.observe import Observation
 from glasshelm.evaluation.rollout import SETTINGS, Live, Measures, helm_for, place_of, sail, watched
 from glasshelm.evaluation.types import Case
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.pilots.protocols import BatchPolicy, Memory, OraclePilot, Pilot
+from glasshelm.pilots.clairvoyant import OraclePilot
+from glasshelm.pilots.protocols import BatchPolicy, Memory, Pilot
 from glasshelm.ship.domain import danger_unclipped
 
 #: Voyages sailed at once.

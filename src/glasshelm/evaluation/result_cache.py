@@ -16,7 +16,8 @@ from glasshelm.core.output_dir import atomic_write
 from glasshelm.evaluation.contenders import Contender, code_digest, digest_of
 from glasshelm.evaluation.rollout import helm_for, sail
 from glasshelm.evaluation.types import Case, Suite
-from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.pilots.clairvoyant import OraclePilot
+from glasshelm.pilots.protocols import Pilot
 
 #: Worlds sailed at once.
 CHUNK = 500

@@ -14,8 +14,8 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState
-from glasshelm.explain.coalitions import coalitions
-from glasshelm.explain.shapley import value_function
+from glasshelm.explanation.coalitions import coalitions
+from glasshelm.explanation.shapley import value_function
 from glasshelm.faithfulness.chunking import CHUNK, in_chunks
 from glasshelm.faithfulness.counterfactual import turned_without
 from glasshelm.faithfulness.explainers import Explainer, explainers_for

@@ -13,7 +13,7 @@ from glasshelm.pilots.learned import LearnedPilot
 
 #: The rooms whose code decides the scores: not those that only show them.
 _ROOMS = (
-    "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explain", "networks", "ship",
+    "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explanation", "networks", "ship",
     *(f"faithfulness/{name}.py" for name in
       ("chunking", "counterfactual", "exam_runner", "explainers", "metrics", "sanity_checks",
        "scenes")),

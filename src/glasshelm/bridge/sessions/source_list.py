@@ -22,14 +22,14 @@ from glasshelm.encounters.scenario_factory import (
     scenario_from,
 )
 from glasshelm.encounters.types import Scenario
-from glasshelm.evaluation.contenders import ship_of
 from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.pilot_resolution import ship_of
 from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import METHODS, default_pilot, names, pilot_named
+from glasshelm.pilots.registry import METHODS, default_pilot, pilot_named, pilot_names
 from glasshelm.ship.nomoto import ShipParams, ship_named
 
 #: Before a file: it is played as if its traffic were here and now.
@@ -77,7 +77,7 @@ class SourceList:
         if minutes is not None and (self.feed or simulated):
             raise InputError(f"{source}: minutes are of recorded traffic only")
         self._file = source if source and not (self.feed or _known(source)) else None
-        self._weights = pilot if pilot and pilot not in names() else None
+        self._weights = pilot if pilot and pilot not in pilot_names() else None
         self._pilots: dict[str, Pilot] = {}
         self._reading = threading.Lock()
 
@@ -129,7 +129,7 @@ class SourceList:
 
     def _pilot_names(self) -> tuple[str, ...]:
         extra = () if self._weights is None else (alias(self._weights),)
-        return (*extra, *names())
+        return (*extra, *pilot_names())
 
     def _scenarios(self) -> list[Source]:
         found = [Source(s, _RECORDINGS.get(s, s), "recorded") for s in BUNDLED]
