@@ -168,7 +168,7 @@ def _branches(
         action, noise = act(state, noise, now)
         value = critic(state.observation, action, Padded(state.observation.present))
         steps = long - number * every
-        returns = [follow(state, action, noise, steps, k) for k in (first, second)]
+        one, two = (follow(state, action, noise, steps, k) for k in (first, second))
 
         def onward(carry: tuple[EnvState, Noise], key: PRNGKeyArray):
             action, noise = act(*carry, key)
@@ -176,7 +176,7 @@ def _branches(
 
         moved = step_batch(encounters, state, action, ship).state
         carry, _ = jax.lax.scan(onward, (moved, noise), jax.random.split(later, every - 1))
-        return carry, (Reward(value.waypoint, value.by_ship), *returns)
+        return carry, (Reward(value.waypoint, value.by_ship), one, two)
 
     start = (reset_batch(encounters, ship), no_noise(encounters.present.shape[0]))
     return jax.lax.scan(instant, start, jnp.arange(instants))[1]

@@ -26,9 +26,9 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 from pyais.encode import encode_dict
 from pyais.messages import TagBlock
 
-from glasshelm.ais.csv_file import read_csv
-from glasshelm.ais.nmea import NmeaDecoder
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES, nmea_checksum
+from glasshelm.ais.reading import read_recording_file
 from glasshelm.ais.reports import Counts
 from glasshelm.ais.signalk_deltas import MAX_MESSAGE_BYTES, DeltaDecoder
 from glasshelm.ais.table import OWN_SENSORS, ReportTable
@@ -44,7 +44,7 @@ HEARD = {"talker_id": "AI", "sentence_type": "VDM"}
 def recording() -> ReportTable:
     """The reports of the bundled recording in order of time."""
     with as_file(files("glasshelm") / "data" / "gulf_of_finland.csv.gz") as path:
-        reports = read_csv(path).reports
+        reports = read_recording_file(path).reports
     return reports.take(reports.time_s.argsort(kind="stable"))
 
 

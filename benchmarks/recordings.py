@@ -23,7 +23,7 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 
-from glasshelm.ais.csv_file import read_csv
+from glasshelm.ais.reading import read_recording_file
 from glasshelm.ais.table import ReportTable
 
 FORMATS = ("csv", "csv.gz", "csv.zst", "parquet", "nmea", "bomb")
@@ -38,7 +38,7 @@ STEP_DEG = 1.5
 def traffic(rows: int) -> Iterator[pa.Table]:
     """The reports of a day in order of time, in pieces of one repetition of the recording."""
     with as_file(files("glasshelm") / "data" / "new_york.csv.gz") as path:
-        reports = read_csv(path).reports
+        reports = read_recording_file(path).reports
     reports = reports.take(np.argsort(reports.time_s, kind="stable"))
     times = int(86_400 // LASTS_S)
     harbours = max(rows // (times * len(reports)), 1)

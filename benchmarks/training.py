@@ -24,7 +24,7 @@ from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.ddpg import DdpgSettings, encounter_pool, init_ddpg, run_cycle
-from glasshelm.training.validation import Memoryless, rollout
+from glasshelm.training.validation import Memoryless, validation_rollout
 
 SHIP = SHIPS["paper"]
 SETTINGS = DdpgSettings(replay_size=100_000)
@@ -53,7 +53,9 @@ def actor_steps_per_s(seconds: float) -> float:
     encounters = validation_encounters(SHIP, 512)
     actor = make_actor("sum", ActorSizes(), jax.random.key(1))
     policy = Memoryless(actor)
-    return 512 * 60 / per_call(lambda: rollout(policy, encounters, SHIP, 60, 60), seconds)
+    return (
+        512 * 60 / per_call(lambda: validation_rollout(policy, encounters, SHIP, 60, 60), seconds)
+    )
 
 
 class Ddpg:

@@ -73,9 +73,9 @@ def test_an_encounter_is_explained_in_ten_lines():
     assert "without" in answer.summary
 
 
-def test_pilots_are_evaluated_in_this_process(tmp_path):
-    found = glasshelm.evaluate(["straight", glasshelm.pilot("straight")][:1], ["random"], 2)
-    assert [len(voyages.columns["range_m"]) for voyages in found.sailed] == [2]
+def test_pilots_are_evaluated_in_this_process():
+    found = glasshelm.evaluate([glasshelm.pilot("straight")], ["random"], 2)
+    assert [len(voyages.columns["range_m"]) for voyages in found.results] == [2]
 
 
 def test_a_pilot_is_trained_in_one_call(tmp_path):

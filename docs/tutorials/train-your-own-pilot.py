@@ -29,7 +29,7 @@ folder = Path(tempfile.mkdtemp())
 run, evaluation = folder / "run", folder / "evaluation"
 
 # %%
-# !glasshelm train --preset tiny-fast --actor attention --seed 1 --set imitation.iterations=30 --out {run} 2>&1 | tail -n 1
+# !glasshelm train --preset tiny-fast --actor attention --seed 1 --set dagger.iterations=30 --out {run} 2>&1 | tail -n 1
 
 # %% [markdown]
 # `best.safetensors` holds the weights and the whole configuration: this one file is the pilot.
@@ -101,4 +101,4 @@ print("paper-attention", same_first_ship(good))
 #     glasshelm exam --pilots mine=runs/mine/best.safetensors --out exam
 #
 # Half an hour on one core gives a pilot that intrudes in about 2 % of the encounters. `--resume` continues an interrupted training, and
-# `--set imitation.iterations=200` gives a better pilot. [Training choices](../results/training-choices.md) says what else was tried.
+# `--set dagger.iterations=200` gives a better pilot. [Training choices](../results/training-choices.md) says what else was tried.

@@ -17,7 +17,7 @@ from glasshelm.ship.nomoto import ShipParams, ship_named
 
 if TYPE_CHECKING:
     from glasshelm.evaluation.contenders import Contender
-    from glasshelm.evaluation.examination import Examined
+    from glasshelm.evaluation.evaluation_run import EvaluationResult
 
 
 def pilot(name: str | Path) -> Pilot:
@@ -71,7 +71,7 @@ def evaluate(
     encounters: int | None = None,
     out: str | Path | None = None,
     ship: str = DEFAULT_SHIP,
-) -> "Examined":
+) -> "EvaluationResult":
     """Put pilots through suites of encounters, in this process.
 
     Args:
@@ -84,25 +84,25 @@ def evaluate(
         ship: For pilots that have no ship of their own.
 
     Returns:
-        The measures of every voyage; :func:`glasshelm.evaluation.result_report.report` writes
-        its tables.
+        The measures of every voyage, of which
+        :func:`glasshelm.evaluation.result_report.markdown_report` makes tables.
 
     Raises:
         InputError: An unknown pilot or suite, or a pilot that gives no number.
     """
-    from glasshelm.evaluation.examination import examine
+    from glasshelm.evaluation.evaluation_run import evaluate as evaluate_contenders
 
     contenders = [_contender(given, ship) for given in pilots]
     with tempfile.TemporaryDirectory() as folder:
         kept = Path(folder if out is None else out)
-        return examine(contenders, suites, kept, "glasshelm.evaluate", encounters)
+        return evaluate_contenders(contenders, suites, kept, "glasshelm.evaluate", encounters)
 
 
 def _contender(given: str | Pilot, ship: str) -> "Contender":
-    from glasshelm.evaluation.contenders import Contender, contenders_named
+    from glasshelm.evaluation.contenders import Contender, parse_contenders
 
     if isinstance(given, str):
-        return contenders_named([given], [ship])[0]
+        return parse_contenders([given], [ship])[0]
     ship = ship_of(given) or ship
     return Contender(given.name, ship, ship_named(ship), (given,))
 

@@ -6,7 +6,7 @@ import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
 from glasshelm.ais.multipart import MAX_PENDING
-from glasshelm.ais.nmea import NmeaDecoder
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES
 from glasshelm.ais.reports import Counts, RejectReason
 from glasshelm.ship.nomoto import KNOT_M_S

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, sentence, tagged
 
-from glasshelm.ais.nmea_file import nmea_batches, read_nmea
-from glasshelm.ais.reports import Counts
+from glasshelm.ais.nmea_file import iter_nmea
+from glasshelm.ais.reading import all_reports, read_recording_file
 from glasshelm.ais.table import OWN_SENSORS
 from glasshelm.core.errors import InputError
 
@@ -21,7 +21,7 @@ def nmea_file(tmp_path, *lines, name="traffic.nmea"):
 
 def test_positions_and_identities(tmp_path):
     lines = [*ais(POSITION), *ais(STATIC), *ais(POSITION, TIME * 1000 + 10_500)]
-    recording = read_nmea(nmea_file(tmp_path, *lines))
+    recording = read_recording_file(nmea_file(tmp_path, *lines))
     r = recording.reports
     assert r.mmsi.tolist() == [211000001] * 2
     assert r.time_s.tolist() == [TIME, TIME + 10.5]
@@ -43,14 +43,14 @@ def test_every_kind_of_position_report_is_read(tmp_path):
     class_b = POSITION | {"type": 18, "mmsi": 211000002}
     long_range = {"type": 27, "mmsi": 211000003, "lat": 59.5, "lon": 24.5, "speed": 10}
     lines = [*ais(POSITION), *ais(class_b), *ais(long_range | {"course": 45})]
-    assert read_nmea(nmea_file(tmp_path, *lines)).reports.mmsi.tolist() == [
+    assert read_recording_file(nmea_file(tmp_path, *lines)).reports.mmsi.tolist() == [
         211000001, 211000002, 211000003,
     ]  # fmt: skip
 
 
 def test_own_ships_sensors_are_her_own_track(tmp_path):
     rmc = "GPRMC,190001.00,A,5930.00,N,02430.00,E,7.0,180.0,150814,,,A"
-    recording = read_nmea(nmea_file(tmp_path, sentence(rmc), *ais(POSITION, None)))
+    recording = read_recording_file(nmea_file(tmp_path, sentence(rmc), *ais(POSITION, None)))
     r = recording.reports
     assert r.mmsi.tolist() == [OWN_SENSORS, 211000001]
     assert r.time_s.tolist() == [TIME + 1, TIME + 1]
@@ -68,7 +68,7 @@ def test_what_cannot_be_used_is_counted_by_its_reason(tmp_path):
         b"world",
         *ais({"type": 4, "mmsi": 3}),
     ]
-    assert read_nmea(nmea_file(tmp_path, *lines)).notes == (
+    assert read_recording_file(nmea_file(tmp_path, *lines)).notes == (
         "2 sentences not of the form of a sentence or message",
         "1 sentence with a wrong checksum",
         "1 sentence with a time that is none (before 1990 or after 2100)",
@@ -78,7 +78,6 @@ def test_what_cannot_be_used_is_counted_by_its_reason(tmp_path):
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ([], "nothing in it"),
         ([b"hello", b"world"], "no NMEA 0183 sentence"),
         (ais(POSITION, None) * 3 + [b"hello"], "of 4 sentences, 3 are without a time"),
         ([ais(POSITION)[0][:-1] + b"G"] * 2, "2 are with a wrong checksum"),
@@ -88,20 +87,20 @@ def test_what_cannot_be_used_is_counted_by_its_reason(tmp_path):
 )
 def test_a_file_without_a_position_says_what_most_of_it_is(tmp_path, lines, message):
     with pytest.raises(InputError, match=message):
-        read_nmea(nmea_file(tmp_path, *lines))
+        list(iter_nmea(nmea_file(tmp_path, *lines), all_reports, []))
 
 
-def test_batches_are_bounded(monkeypatch):
+def test_batches_are_bounded(monkeypatch, tmp_path):
     monkeypatch.setattr("glasshelm.ais.nmea_file.BATCH", 10)
     lines = [line for k in range(25) for line in ais(POSITION, TIME + k)]
-    batches = list(nmea_batches(lines, Counts(), {}))
-    assert [len(batch) for batch in batches] == [10, 10, 5]
+    batches = list(iter_nmea(nmea_file(tmp_path, *lines), all_reports, []))
+    assert [len(batch.reports) for batch in batches] == [10, 10, 5]
 
 
 def test_a_tag_with_a_wrong_checksum_is_not_believed(tmp_path):
     good = tagged(ais(POSITION, None)[0])
     bad = good.replace(b"c:1", b"c:2")
-    assert len(read_nmea(nmea_file(tmp_path, good, bad)).reports) == 1
+    assert len(read_recording_file(nmea_file(tmp_path, good, bad)).reports) == 1
 
 
 def at(k, message=POSITION, **more):
@@ -121,7 +120,7 @@ def test_lines_with_a_time_are_not_refused_for_a_wrong_calendar_of_own_ship(tmp_
             k, POSITION | {"mmsi": 211000001 + n}, source_station="rx1"
         )]  # fmt: skip
         lines += [sentence(rmc), *ships] if first == "own ship" else [*ships, sentence(rmc)]
-    recording = read_nmea(nmea_file(tmp_path, *lines))
+    recording = read_recording_file(nmea_file(tmp_path, *lines))
     assert np.sum(recording.reports.mmsi != OWN_SENSORS) == 18
     own = recording.reports.take(recording.reports.mmsi == OWN_SENSORS)
     assert np.all(np.abs(own.time_s[1:] - TIME) < 60)
@@ -135,7 +134,7 @@ def test_reports_that_came_late_or_ship_by_ship_are_all_read(tmp_path):
     by_ship = [line for n in range(3) for k in range(0, 1200, 60)
                for line in at(k, POSITION | {"mmsi": 211000001 + n})]  # fmt: skip
     for lines in (late, by_ship):
-        recording = read_nmea(nmea_file(tmp_path, *lines))
+        recording = read_recording_file(nmea_file(tmp_path, *lines))
         assert len(recording.reports) == len(lines)
         assert recording.notes == ()
 
@@ -143,6 +142,8 @@ def test_reports_that_came_late_or_ship_by_ship_are_all_read(tmp_path):
 def test_a_receiver_that_has_not_found_its_date_tells_none(tmp_path):
     rmc = "GPRMC,000010.00,A,5930.00,N,02430.00,E,7.0,180.0,060180,,,A"
     right = "GPRMC,190001.00,A,5930.00,N,02430.00,E,7.0,180.0,150814,,,A"
-    recording = read_nmea(nmea_file(tmp_path, *[sentence(rmc)] * 3, *[sentence(right)] * 3))
+    recording = read_recording_file(
+        nmea_file(tmp_path, *[sentence(rmc)] * 3, *[sentence(right)] * 3)
+    )
     assert recording.reports.time_s.min() == TIME + 1
     assert "without a time" in recording.notes[0]

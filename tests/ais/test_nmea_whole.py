@@ -3,7 +3,7 @@
 import pytest
 from tests.ais.nmea_lines import POSITION, STATIC, TIME, ais, cut, sentence, tagged
 
-from glasshelm.ais.nmea import NmeaDecoder
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.nmea_sensors import parse_sensor_sentence
 from glasshelm.ais.nmea_sentence import nmea_checksum
 from glasshelm.ais.reports import Counts, RejectReason
@@ -46,10 +46,10 @@ def test_a_field_in_which_a_message_ends_is_not_told(message, placed, ends):
 @pytest.mark.parametrize(
     ("message", "ends"),
     [
-        (STATIC, {"name": 232, "kind": 240, "length_m": 258, "beam_m": 270}),
-        (POSITION | STATIC | {"type": 19}, {"name": 263, "kind": 271, "length_m": 289}),
+        (STATIC, {"name": 232, "ship_type": 240, "length_m": 258, "beam_m": 270}),
+        (POSITION | STATIC | {"type": 19}, {"name": 263, "ship_type": 271, "length_m": 289}),
         ({"type": 24, "partno": 0, "mmsi": 1, "shipname": "ALPHA"}, {"name": 160}),
-        (STATIC | {"type": 24, "partno": 1}, {"kind": 48, "length_m": 150, "beam_m": 162}),
+        (STATIC | {"type": 24, "partno": 1}, {"ship_type": 48, "length_m": 150, "beam_m": 162}),
     ],
 )
 def test_a_cut_identity_tells_what_is_whole(message, ends):

@@ -9,9 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from glasshelm.ais.csv_file import BLOCK, read_csv
-from glasshelm.ais.reading import iter_recording
-from glasshelm.ais.table import NOT_A_SHIP, OWN_SENSORS, Recording
+from glasshelm.ais.csv_file import BLOCK
+from glasshelm.ais.reading import iter_recording, read_recording_file
+from glasshelm.ais.table import NOT_A_SHIP, OWN_SENSORS
 from glasshelm.core.errors import InputError
 
 NOON = datetime(2024, 6, 1, 12, tzinfo=UTC).timestamp()
@@ -26,11 +26,9 @@ def table(tmp_path, *lines, name="traffic.csv", end="\n"):
 
 
 def read(path):
-    notes: list[str] = []
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # none may reach a user
-        parts = list(iter_recording(path, lambda reports: np.ones(len(reports), bool), notes))
-    return Recording.concat(parts, notes)
+        return read_recording_file(path)
 
 
 def one(tmp_path, header, row):
@@ -252,10 +250,10 @@ def test_a_table_of_many_blocks(tmp_path):
 
 def test_numbers_that_are_none_are_not_known(tmp_path):
     header = "mmsi,time,lat,lon,sog,cog,heading,length"
-    rows = [f"{SHIP},{NOON},forty,10.25,fast,,null,-3", f"{SHIP},{NOON},58.5,10.25,5,Unknown,,1e9"]
+    rows = [f"{SHIP},{NOON},58.5,10.25,fast,,null,-3", f"{SHIP},{NOON},58.5,10.25,5,Unknown,,1e9"]
     recording = read(table(tmp_path, header, *rows))
     r = recording.reports
-    np.testing.assert_array_equal(r.latitude_deg, [np.nan, 58.5])
+    np.testing.assert_array_equal(r.latitude_deg, [58.5, 58.5])
     np.testing.assert_array_equal(r.sog_kn, [np.nan, 5])
     assert np.isnan(r.cog_deg).all()
     assert recording.ships[SHIP].length_m is None
@@ -373,9 +371,9 @@ def test_groups_of_rows_of_another_time_are_not_read(tmp_path):
         seen.extend(reports.time_s.tolist())
         return np.ones(len(reports), bool)
 
-    list(iter_recording(tmp_path / "p", wanted, [], NOON + 600, NOON + 660))
+    list(iter_recording(tmp_path / "p", [], wanted, NOON + 600, NOON + 660))
     assert (min(seen) - NOON, max(seen) - NOON) == (600, 1140)
-    assert list(iter_recording(tmp_path / "p", wanted, [], NOON - 600, NOON - 60)) == []
+    assert list(iter_recording(tmp_path / "p", [], wanted, NOON - 600, NOON - 60)) == []
 
 
 @pytest.mark.parametrize(
@@ -399,5 +397,18 @@ def test_unusable_parquet(tmp_path, data, says):
 
 
 def test_read_csv_reads_it_all(tmp_path):
-    recording = read_csv(table(tmp_path, "mmsi,t,lat,lon", f"{SHIP},{NOON},58.5,10.25", "x,x,x,x"))
+    recording = read_recording_file(
+        table(tmp_path, "mmsi,t,lat,lon", f"{SHIP},{NOON},58.5,10.25", "x,x,x,x")
+    )
     assert len(recording.reports) == len(recording.notes) == 1
+
+
+def test_a_rounded_mmsi_and_a_latitude_in_words_are_named(tmp_path):
+    rows = [f"2.57E+08,{NOON},58.5,10.25", f"2.57000001E+08,{NOON},58.5,10.25"]
+    rows += [f"{SHIP},{NOON},north,10.25"]
+    recording = read(table(tmp_path, "mmsi,t,lat,lon", *rows))
+    assert recording.reports.mmsi.tolist() == [257000001]
+    assert recording.notes == (
+        "1 row unreadable: MMSI '2.57E+08' is rounded: its last digits are lost (row 2)",
+        "1 row unreadable: latitude 'north' is no number (row 4)",
+    )

@@ -7,8 +7,13 @@ import pytest
 
 from glasshelm.ais import traffic_time
 from glasshelm.ais.reports import Counts
-from glasshelm.ais.stream_clock import StreamClock
-from glasshelm.ais.traffic_time import MAX_REJECTED, MAX_SOURCES, MAX_TIMELINES, TrafficTime
+from glasshelm.ais.traffic_time import (
+    MAX_REJECTED,
+    MAX_SOURCES,
+    MAX_TIMELINES,
+    StreamClock,
+    TrafficTime,
+)
 
 T0 = 1_408_129_200.0
 HOUR = 3600.0
@@ -200,11 +205,11 @@ def test_memory_is_bounded_and_nothing_is_refused_for_good():
     for k in range(5 * MAX_SOURCES):
         stream.tell(str(k), 60, chance.choice([0.0, 1e9, chance.uniform(-1e9, 1e9)]))
     time = stream.time
-    assert len(time._lines) <= MAX_TIMELINES
-    assert len(time._of) == sum(len(line.witnesses) for line in time._lines)
-    assert len(time._last) <= 2 * MAX_SOURCES
-    assert len(time._wrong) <= MAX_REJECTED
-    assert all(len(line.witnesses) <= MAX_SOURCES for line in time._lines)
+    assert len(time._timelines) <= MAX_TIMELINES
+    assert len(time._timeline_of) == sum(len(line.sources) for line in time._timelines)
+    assert len(time._believed_times) <= 2 * MAX_SOURCES
+    assert len(time._rejected) <= MAX_REJECTED
+    assert all(len(line.sources) <= MAX_SOURCES for line in time._timelines)
     stream.hear(60, 400)
     assert stream.now == 395
 

@@ -27,7 +27,7 @@ from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.colregs.encounter_tracker import EncounterTracker
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.frames import frame_log
 from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.pilots.straight import StraightPilot
@@ -278,7 +278,7 @@ PARTS = {
     "the picture": (Clock, "scenario"),
     "the pilot": (LiveAdvisor, "look"),
     "the predicted track": (LiveAdvisor, "predicted"),
-    "the rules": (EncounterTracker, "see"),
+    "the rules": (EncounterTracker, "update"),
     "the sentence": (frame_annotator.Lookout, "_sentence"),
     "the alarms": (AlarmList, "see"),
     "the bands": (Bands, "want"),

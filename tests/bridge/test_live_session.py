@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+from glasshelm.ais.limits import LOST_AFTER_S, LOST_SHOWN_S
 from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
 from glasshelm.bridge.server.presenter import Stage
 from glasshelm.bridge.server.protocol import Limits
@@ -15,14 +16,12 @@ from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.feeds.feed_factory import signalk_server
-from glasshelm.feeds.report_queue import MAX_OTHERS, MAX_OWN
-from glasshelm.live import fleet
+from glasshelm.live import vessel_store
+from glasshelm.live.report_queue import MAX_OTHERS, MAX_OWN
 from glasshelm.live.signalk_writer import SignalKWriter
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.straight import StraightPilot
-from glasshelm.simulation.voyage import LOST_SHOWN_S
 
 START = datetime(2014, 8, 15, 17, 0, tzinfo=UTC)
 NORTH_M_DEG = 111_132.0
@@ -42,7 +41,7 @@ def report(id: str, time_s: float, north_m: float, speed: float, own: bool = Fal
     )
 
 
-class Made:
+class Made(Feed):
     """A feed of reports given beforehand, that then stays silent."""
 
     title = "made"
@@ -270,7 +269,7 @@ class Flood(Made):
 
 
 def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_path, monkeypatch):
-    monkeypatch.setattr(fleet, "MAX_SHIPS", 300)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 300)
     picture = TrafficPicture()
     live = LiveSession("tcp://flood:1", Flood(), picture, StraightPilot(), "paper", tmp_path)
 

@@ -16,7 +16,7 @@ from glasshelm.core.terminal import TaskDescription, Terminal, progress
 from glasshelm.core.text import MAX_NAME_LENGTH, file_name, markdown_code, markdown_text, printable
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.types import TargetInfo
-from glasshelm.evaluation.markdown import markdown
+from glasshelm.evaluation.tables import markdown
 from glasshelm.frames.frame_log import read_log, write_log
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.registry import pilot_named

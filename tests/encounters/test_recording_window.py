@@ -6,10 +6,10 @@ import pytest
 from glasshelm.ais.table import OWN_SENSORS, ReportTable, StaticData
 from glasshelm.core.errors import InputError
 from glasshelm.encounters import recording_window
-from glasshelm.encounters.globe import closest_approaches, ecef, snapshots
 from glasshelm.encounters.own_ship_candidates import own_ship_candidates
 from glasshelm.encounters.recorded_traffic import recorded_scenario
 from glasshelm.encounters.scenario_factory import recording_settings
+from glasshelm.encounters.snapshots import closest_approaches, ecef, snapshots
 from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]

@@ -58,7 +58,7 @@ def test_motion_of_many_legs_against_a_plain_loop(seed, time_s, lasts_s):
 
 
 def test_not_yet_heard_then_there_then_lost():
-    row = TrackColumns.of([100.0, 130.0], [0, 0], [0, 300], [0, 0], [10, 10], lasts_s=60.0)
+    row = TrackColumns.of([100.0, 130.0], [0, 0], [0, 300], [0, 0], [10, 10], leg_duration_s=60.0)
     track = single_track(row)
     expected = {99: None, 100: 0.0, 129: 290.0, 130: 300.0, 189: 890.0, 190: None}
     for time_s, north in expected.items():
@@ -70,7 +70,7 @@ def test_not_yet_heard_then_there_then_lost():
 
 def test_a_gap_between_reports_is_a_gap():
     track = single_track(
-        TrackColumns.of([0.0, 1000.0], [0, 0], [0, 0], [0, 0], [1, 1], lasts_s=360.0)
+        TrackColumns.of([0.0, 1000.0], [0, 0], [0, 0], [0, 0], [1, 1], leg_duration_s=360.0)
     )
     there = [bool(motion_at(track, jnp.asarray(t)).present) for t in (359.0, 361.0, 999.0, 1001.0)]
     assert there == [True, False, False, True]

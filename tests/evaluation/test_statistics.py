@@ -14,7 +14,7 @@ from glasshelm.evaluation.statistics import (
     interquartile_mean,
     mean,
     paired_ratio,
-    rate,
+    rate_interval,
     risk_ratio,
 )
 
@@ -117,15 +117,15 @@ def test_a_rate_over_several_seeds_is_wider_than_over_one():
     events = np.zeros((5, 200), bool)
     events[0, :100] = True
     pooled = clopper_pearson(100, 1000)
-    found = rate(events)
+    found = rate_interval(events)
     assert found.value == pooled.value
     assert found.high - found.low > 3 * (pooled.high - pooled.low)
 
 
 def test_several_seeds_without_an_event_still_have_an_upper_end():
     none = np.zeros((5, 1000), bool)
-    assert rate(none).high == clopper_pearson(0, 1000).high
-    assert rate(~none).low == clopper_pearson(1000, 1000).low
+    assert rate_interval(none).high == clopper_pearson(0, 1000).high
+    assert rate_interval(~none).low == clopper_pearson(1000, 1000).low
     theirs = none.copy()
     theirs[:, :40] = True
     ratio = risk_ratio(none, theirs)
@@ -144,6 +144,6 @@ def test_a_rare_rate_over_several_seeds_covers_95_in_100():
     covered = 0
     for _ in range(300):
         danger = np.where(rng.random(400) < 0.05, 0.1, 0.0)
-        found = rate(rng.random((5, 400)) < danger)
+        found = rate_interval(rng.random((5, 400)) < danger)
         covered += found.low <= 0.005 <= found.high
     assert covered / 300 > 0.95

@@ -10,11 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from glasshelm.explanation.quantities import values_at
 from tests.untrained import observation, untrained
 
 from glasshelm.core.errors import InputError
 from glasshelm.explanation.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.quantities import values_at
 from glasshelm.explanation.shapley import (
     exact_shapley,
     sampled_shapley,

@@ -17,7 +17,7 @@ from benchmarks.feeds_fuzz import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glasshelm.ais.nmea import NmeaDecoder
+from glasshelm.ais.nmea_decoder import NmeaDecoder
 from glasshelm.ais.reports import Counts, RejectReason, Report
 from glasshelm.ais.signalk_deltas import DeltaDecoder
 from glasshelm.live.traffic_picture import TrafficPicture

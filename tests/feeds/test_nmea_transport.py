@@ -17,7 +17,7 @@ from tests.feeds.live import pictured, shown, until
 from glasshelm.ais.nmea_sentence import MAX_SENTENCE_BYTES, nmea_checksum
 from glasshelm.ais.reports import RejectReason
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.feeds.nmea_transport import MAX_DATAGRAMS, MAX_QUEUED_BYTES, FileFeed
 

@@ -13,7 +13,7 @@ from websockets.asyncio.server import serve
 from glasshelm.ais.reports import RejectReason
 from glasshelm.ais.signalk_deltas import MAX_MESSAGE_BYTES
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.feeds.feed_factory import create_feed, signalk_server
 from glasshelm.live.signalk_writer import (
     CLOSEST_APPROACH,
@@ -102,8 +102,8 @@ def test_a_message_that_comes_with_the_cancellation_does_not_take_it_back(kind):
     async def cancelled() -> bool:
         line = Line()
         feed = create_feed(f"{kind}://127.0.0.1:1")
-        hear = feed._message if kind == "signalk" else feed._piece
-        hearing = asyncio.create_task(hear(line))
+        connection = line if kind == "signalk" else (line, None)
+        hearing = asyncio.create_task(feed._receive_within_limit(connection))
         await asyncio.sleep(0.01)
         line.says.set_result(b"{}")
         hearing.cancel()

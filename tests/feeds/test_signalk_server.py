@@ -55,7 +55,7 @@ def test_targets_appear_and_come_back_after_a_restart(server):
     assert "\n" not in trouble
     assert feed.counts.pending == 0
     assert picture.counts.pending == 0
-    assert not any(one.startswith("00") for one in picture._fleet.ships)
+    assert not any(one.startswith("00") for one in picture._others.ships)
 
 
 def test_what_is_written_is_read_back_and_withdrawn(server):

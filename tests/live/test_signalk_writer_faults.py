@@ -8,7 +8,7 @@ from tests.feeds.frames import Alarm, frame_of, target_of
 from tests.feeds.live import running, until
 from websockets.asyncio.server import serve
 
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 from glasshelm.feeds.feed_factory import signalk_server
 from glasshelm.live import signalk_writer
 from glasshelm.live.signalk_writer import RUDDER, SELF, SignalKWriter
@@ -218,7 +218,7 @@ def test_what_cannot_be_told_is_withdrawn_and_raised(monkeypatch):
             async with running(writer.run()):
                 writer.publish(FRAMES[0], [ALARM])
                 await until(lambda: len(server.stands) == 4)
-                monkeypatch.setattr(signalk_writer, "said_of", lambda frame, alarms: 1 / 0)
+                monkeypatch.setattr(signalk_writer, "signalk_values", lambda frame, alarms: 1 / 0)
                 with pytest.raises(ZeroDivisionError):
                     writer.publish(FRAMES[1], [])
                 await until(lambda: not server.stands, 20)

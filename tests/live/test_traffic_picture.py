@@ -10,12 +10,11 @@ import pytest
 from benchmarks.feeds_fuzz import recording
 from tests.live.reports import SHIP, T0, at, own, ship, taken, targets
 
+from glasshelm.ais.limits import FORGOTTEN_S, LOST_AFTER_S
 from glasshelm.ais.reports import RejectReason, Report
 from glasshelm.ais.table import OWN_SENSORS
-from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.env.step import EnvSettings, reset
-from glasshelm.live import fleet
-from glasshelm.live.fleet import FORGOTTEN_S
+from glasshelm.live import vessel_store
 from glasshelm.live.traffic_picture import SHOWN_M, SLOTS, TrafficPicture
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.pilots.straight import StraightPilot
@@ -120,7 +119,7 @@ def test_a_ship_keeps_her_slot():
 
 
 def test_memory_is_bounded_with_any_number_of_ships(monkeypatch):
-    monkeypatch.setattr(fleet, "MAX_SHIPS", 100)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 100)
     picture = taken(own())
     for n in range(1, 1000):
         picture.update(ship(n, 0, 10.0 * n))
@@ -131,7 +130,7 @@ def test_memory_is_bounded_with_any_number_of_ships(monkeypatch):
 
 
 def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
-    monkeypatch.setattr(fleet, "MAX_SHIPS", 100)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 100)
     picture = taken(own(), *(ship(n, 0, 500.0 + 10.0 * n) for n in range(1, 51)))
     refused = [picture.update(ship(n, 1, 3000.0 + n)) for n in range(100, 1000)]
     assert refused.count(RejectReason.TOO_FAR) > 700
@@ -150,13 +149,13 @@ def test_a_new_far_ship_takes_no_near_one_s_place(monkeypatch):
 
 
 def test_where_own_ship_is_not_known_the_ships_heard_last_are_kept(monkeypatch):
-    monkeypatch.setattr(fleet, "MAX_SHIPS", 100)
+    monkeypatch.setattr(vessel_store, "MAX_SHIPS", 100)
     picture = TrafficPicture()
     for n in range(1, 1000):
         picture.update(ship(n, n / 10, 10.0 * n))
     assert len(picture) <= 110
-    assert "999" in picture._fleet.ships
-    assert "1" not in picture._fleet.ships
+    assert "999" in picture._others.ships
+    assert "1" not in picture._others.ships
 
 
 def test_ships_out_of_sight_are_known_and_not_shown():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from tests.live.reports import HERE, NORTH, SHIP, T0, at, own, ship, taken, targets
 
+from glasshelm.ais.limits import LOST_AFTER_S
 from glasshelm.ais.reports import Report
-from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
 from glasshelm.live.traffic_picture import RECENTRE_M, TrafficPicture
-from glasshelm.live.waypoint_tracker import AHEAD_M, MEANT_S, NEAR_M
+from glasshelm.live.waypoint_tracker import AHEAD_M, NEAR_M, OFF_COURSE_S
 
 
 def test_own_ship_is_dead_reckoned_remarked_on_and_lost():
@@ -107,8 +107,8 @@ def test_numbers_told_of_own_ship_are_bounded_and_the_real_one_stays():
     for k in range(500):
         picture.update(told("230000001", k))
         picture.update(told(f"2110000{k:02d}", k))
-    assert picture._numbers.mmsi == "230000001"
-    assert len(picture._numbers._told) <= 8
+    assert picture._identities.mmsi == "230000001"
+    assert len(picture._identities._numbers) <= 8
 
 
 def test_an_echo_seen_apart_by_mistake_is_an_echo_again():
@@ -177,7 +177,7 @@ def test_the_waypoint_is_ahead_and_stays_through_a_manoeuvre():
     for seconds in range(20, 1400, 20):
         picture.update(own(seconds, 0.01 * seconds, course_rad=math.pi / 2))
         there = waypoint(seconds)
-        if seconds <= MEANT_S:
+        if seconds <= OFF_COURSE_S:
             assert there == pytest.approx(ahead, abs=1)
     assert there[0] == pytest.approx(AHEAD_M, rel=1e-2)
 
@@ -228,7 +228,7 @@ def test_a_waypoint_that_is_reached_or_given_up_is_no_aim_any_more():
     assert shown(picture, 1)[1] == pytest.approx(0.0, abs=0.5)
     assert any("no route" in note for note in picture.scenario(at(1), SHIP).notes)
     picture.update(routed(2, east_m=20_000.0))  # abeam: she does not steer for it
-    for seconds in range(10, int(MEANT_S) + 60, 10):
+    for seconds in range(10, int(OFF_COURSE_S) + 60, 10):
         picture.update(own(seconds, north_m=5.0 * seconds))
         _, bearing = shown(picture, seconds)
     assert bearing == pytest.approx(0.0, abs=1.0)

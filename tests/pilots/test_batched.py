@@ -7,7 +7,7 @@ from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.pilots.batched import BatchedPilot, in_step
 from glasshelm.pilots.protocols import Decision
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.validation import Memoryless, rollout
+from glasshelm.training.validation import Memoryless, validation_rollout
 
 SHIP = SHIPS["paper"]
 
@@ -56,7 +56,8 @@ class Quarter(eqx.Module):
 def test_a_memory_goes_from_decision_to_decision_and_both_ways_agree():
     encounters = validation_encounters(SHIP, 4)
     found = [
-        rollout(BatchedPilot(p), encounters, SHIP, 6, 12) for p in (Counting(), CountingInStep())
+        validation_rollout(BatchedPilot(p), encounters, SHIP, 6, 12)
+        for p in (Counting(), CountingInStep())
     ]
     expected = np.abs(np.tanh(np.arange(12) - 3.0) * 0.1).mean()
     for voyages in found:
@@ -66,6 +67,6 @@ def test_a_memory_goes_from_decision_to_decision_and_both_ways_agree():
 
 def test_a_pilot_without_memory_sails_like_its_actor():
     encounters = validation_encounters(SHIP, 4)
-    one = rollout(BatchedPilot(Constant()), encounters, SHIP, 6, 12)
-    two = rollout(Memoryless(Quarter()), encounters, SHIP, 6, 12)
+    one = validation_rollout(BatchedPilot(Constant()), encounters, SHIP, 6, 12)
+    two = validation_rollout(Memoryless(Quarter()), encounters, SHIP, 6, 12)
     np.testing.assert_allclose(one.range_m, two.range_m)

@@ -10,8 +10,6 @@ import pytest
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
-from glasshelm.evaluation.rollout import sail
-from glasshelm.evaluation.types import Case
 from glasshelm.pilots.clairvoyant import Clairvoyant, OraclePilot, Playback, record
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
@@ -19,9 +17,10 @@ from glasshelm.planning.cross_entropy_search import (
     KnownEncounter,
     SearchSettings,
     improve_all,
-    rollout,
+    rollout_rudders,
 )
 from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.rollout import Case, rollout
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
@@ -37,7 +36,7 @@ def known() -> KnownEncounter:
 
 @jax.jit
 def sail_all(known, rudders):
-    return jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))(known, rudders)
+    return jax.vmap(lambda k, r: rollout_rudders(k, r * k.ship.rudder_limit_rad))(known, rudders)
 
 
 @jax.jit
@@ -49,7 +48,7 @@ def in_the_world(known, rudders):
     """What an examination measures of the same rudders."""
     hull = np.full(known.encounter.present.shape, 100.0, np.float32)
     cases = Case(known.encounter, known.ship, known.steps, hull, hull)
-    return sail(Playback(jnp.asarray(rudders)), cases, STEPS)
+    return rollout(Playback(jnp.asarray(rudders)), cases, STEPS)
 
 
 def weaving():

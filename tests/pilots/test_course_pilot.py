@@ -15,7 +15,7 @@ from glasshelm.pilots.course_pilot import CourseMemory, CourseMethod, CoursePilo
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import METHODS, WITHOUT_WEIGHTS, pilot_named
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.validation import rollout
+from glasshelm.training.validation import validation_rollout
 
 SHIP = SHIPS["paper"]
 AVOIDING = [name for name in METHODS if name != "waypoint"]
@@ -103,7 +103,7 @@ def intruded(method: str) -> int:
     ship = SHIPS["large_ship"]
     encounters = random_encounters(jax.random.key(5), 24, ship, RandomEncounters(targets=(1, 3)))
     policy = BatchedPilot(CoursePilot(ship, method, METHODS[method]))
-    return int((rollout(policy, encounters, ship, 240, 480).margin[1] > 0).sum())
+    return int((validation_rollout(policy, encounters, ship, 240, 480).margin[1] > 0).sum())
 
 
 @pytest.mark.parametrize("name", AVOIDING)

@@ -15,7 +15,6 @@ from glasshelm.pilots.planner import PLANNER
 from glasshelm.planning.course_planner import (
     CourseSettings,
     action_gap,
-    consistent_plan,
     plan_course,
     rudder_towards,
     situation_of,
@@ -100,30 +99,6 @@ def test_between_two_ways_out_the_middle_is_what_costs():
     assert float(action_gap(found, observation, paper)) == pytest.approx(
         values.max() - middle, rel=1e-5
     )
-
-
-def test_she_agrees_with_either_way_out_but_not_with_the_middle():
-    """Imazu 19 again: whichever side the pupil has chosen is right, amidships is not."""
-    paper = SHIPS["paper"]
-    observation = reset(imazu_scenario("19", paper).encounter, paper).observation
-    found = plan(observation, paper)
-    best = float(rudder_towards(found.offset_rad, observation, paper))
-
-    def told(own: float, tolerance: float) -> float:
-        agreed = consistent_plan(found, jnp.float32(own), observation, paper, tolerance)
-        return float(rudder_towards(agreed.offset_rad, observation, paper))
-
-    other = -np.sign(best)
-    rudders = np.array(
-        [float(rudder_towards(o, observation, paper)) for o in found.first_offsets_rad]
-    )
-    lasts = (found.first_durations_s == 0.0) | (found.first_durations_s >= 200.0)
-    there = np.asarray(found.values)[lasts & (np.abs(rudders - other) <= 0.5)].max()
-    lost = float(found.values.max()) - float(there)
-    assert told(-other, 5.0) == best
-    assert told(0.0, 5.0) == best
-    assert told(other, lost + 0.1) * other > 0.5
-    assert told(other, lost - 0.1) == best
 
 
 def test_she_turns_to_the_waypoint_at_once_where_nothing_is_in_the_way():

@@ -11,7 +11,7 @@ from glasshelm.networks.critics import QValues
 from glasshelm.ship.nomoto import ShipState, ship_named
 from glasshelm.training.critic_accuracy import critic_accuracy
 from glasshelm.training.exploration import NoiseSettings
-from glasshelm.training.validation import Memoryless, rollout, score
+from glasshelm.training.validation import Memoryless, score, validation_rollout
 
 SHIP = ship_named("paper")
 
@@ -48,7 +48,7 @@ def encounters():
 
 
 def test_rates_and_returns_of_the_pilot_that_does_nothing():
-    episodes = rollout(Memoryless(Amidships()), encounters(), SHIP)
+    episodes = validation_rollout(Memoryless(Amidships()), encounters(), SHIP)
     result = score(episodes, 340.0)
     assert result.intrusions == pytest.approx(1 / 3)
     assert result.intrusions_long == pytest.approx(2 / 3)
@@ -63,7 +63,7 @@ def test_rates_and_returns_of_the_pilot_that_does_nothing():
 
 
 def test_collisions_weigh_most_in_the_choice_of_the_pilot_kept():
-    episodes = rollout(Memoryless(Amidships()), encounters(), SHIP)
+    episodes = validation_rollout(Memoryless(Amidships()), encounters(), SHIP)
     bad = score(episodes, 340.0)
     better = score(eqx.tree_at(lambda e: e.range_m, episodes, episodes.range_m + 1e4), 340.0)
     assert better.collisions == 0

@@ -1,30 +1,39 @@
-"""What the numbers of AIS may be: one set of checks for live and recorded traffic.
+"""The ranges of AIS values: one set of checks for live and recorded traffic.
 
-Every check takes a number or an array of numbers and answers alike; NaN is never within a limit.
+Every check takes a number or an array of numbers; NaN is never within a limit.
 Codes for "not available" are those of ITU-R M.1371-5.
 """
 
 from typing import Any, TypeAlias
 
-import numpy as np
+from glasshelm.ais.reports import Report
+from glasshelm.ship.nomoto import KNOT_M_S
 
 #: A number, or an array of them.
 Numbers: TypeAlias = Any
 
-#: A ship is not faster than this [kn]; 102.3 (type 27: 63) means "not available".
+#: No ship is faster [kn]; 102.3 (type 27: 63) means "not available".
 MAX_SPEED_KN = 60.0
 #: No ship is longer or broader [m] than AIS can tell.
 MAX_SIZE_M = 1022.0
 #: Nearer to the poles no course is a direction of a plane [deg].
 MAX_LATITUDE_DEG = 89.0
-#: Times before 1990-01-01 are those of clocks without a fix, ...
-MIN_TIME_S = 631_152_000.0
-#: ... and none after 2100-01-01 is taken for one.
-MAX_TIME_S = 4_102_444_800.0
+#: At this speed a ship is under way; below, its course over ground is noise [kn].
+UNDER_WAY_KN = 3.0
+#: A ship that stays this near to own ship's position sensors is own ship's echo [m].
+ECHO_M = 150.0
+#: A ship not heard for so long is lost: two missed reports of a class A ship at anchor (3 min).
+LOST_AFTER_S = 360.0
+#: A lost ship is still shown for so long, where it was last received, ...
+LOST_SHOWN_S = 360.0
+#: ... and is forgotten a minute later.
+FORGOTTEN_S = LOST_AFTER_S + LOST_SHOWN_S + 60.0
+#: No identity is longer [characters].
+MAX_ID_LENGTH = 100
 
-_LARGEST_MMSI = 999_999_999
-#: What counts an instant since 1970 is below so much, and so many to the second.
-_UNITS = ((1e11, 1.0), (1e14, 1e3), (1e17, 1e6), (1e20, 1e9))
+_MAX_MMSI = 999_999_999
+#: No angle or rate of turn is larger [rad, rad/s].
+_MAX_ANGLE_RAD = 100.0
 
 
 def is_vessel_mmsi(mmsi: Numbers) -> Numbers:
@@ -36,20 +45,21 @@ def is_vessel_mmsi(mmsi: Numbers) -> Numbers:
     """
     coast = _within(mmsi, 2_000_000, 7_999_999)
     aircraft = _within(mmsi, 111_000_000, 111_999_999)
-    aid = _within(mmsi, 990_000_000, _LARGEST_MMSI)
+    aid = _within(mmsi, 990_000_000, _MAX_MMSI)
     return is_mmsi(mmsi) & ((coast | aircraft | aid) ^ True)
 
 
 def is_mmsi(mmsi: Numbers) -> Numbers:
     """Whether a number can be the identity of any station: 1 to 999,999,999."""
-    return _within(mmsi, 1, _LARGEST_MMSI)
+    return _within(mmsi, 1, _MAX_MMSI)
 
 
 def is_position(latitude_deg: Numbers, longitude_deg: Numbers) -> Numbers:
     """Whether a ship can be there: on the globe, and not at 0° 0°, where receivers without a fix
     are."""
-    highest = MAX_LATITUDE_DEG
-    on_globe = _within(latitude_deg, -highest, highest) & _within(longitude_deg, -180.0, 180.0)
+    on_globe = _within(latitude_deg, -MAX_LATITUDE_DEG, MAX_LATITUDE_DEG) & _within(
+        longitude_deg, -180.0, 180.0
+    )
     return on_globe & ((latitude_deg != 0) | (longitude_deg != 0))
 
 
@@ -68,20 +78,35 @@ def is_size_m(size_m: Numbers) -> Numbers:
     return (size_m > 0) & (size_m <= MAX_SIZE_M)
 
 
-def epoch_seconds(instant: Numbers) -> Numbers:
-    """Seconds since 1970 of a number that counts seconds, milli-, micro- or nanoseconds.
+def is_plausible(r: Report) -> bool:
+    """Whether a report can be of a ship at all; values that are missing do no harm."""
+    positions = (
+        (r.latitude_deg, r.longitude_deg),
+        (r.waypoint_latitude_deg, r.waypoint_longitude_deg),
+    )
+    ranges = (
+        (r.speed_m_s, 0.0, MAX_SPEED_KN * KNOT_M_S),
+        (r.length_m, 0.0, MAX_SIZE_M),
+        (r.beam_m, 0.0, MAX_SIZE_M),
+        *(
+            (angle, -_MAX_ANGLE_RAD, _MAX_ANGLE_RAD)
+            for angle in (r.course_rad, r.heading_rad, r.rate_of_turn_rad_s, r.rudder_rad)
+        ),
+    )
+    return (
+        0 < len(r.id) <= MAX_ID_LENGTH
+        and all(_is_position_or_none(*position) for position in positions)
+        and all(value is None or _within(value, low, high) for value, low, high in ranges)
+    )
 
-    Their size gives the unit. NaN for what is no time between 1990 and 2100: a year,
-    a count from another epoch, a clock that was never set.
-    """
-    seconds = np.full(np.shape(instant), np.nan)
-    values = np.asarray(instant, np.float64)
-    for most, unit in reversed(_UNITS):
-        seconds = np.where(np.abs(values) < most, values / unit, seconds)
-    seconds = np.where((seconds >= MIN_TIME_S) & (seconds <= MAX_TIME_S), seconds, np.nan)
-    return seconds if np.ndim(instant) else float(seconds)
+
+def _is_position_or_none(latitude: float | None, longitude: float | None) -> bool:
+    """Whether this is a possible position, or no position at all; half a position is wrong."""
+    if latitude is None or longitude is None:
+        return latitude is longitude
+    return bool(is_position(latitude, longitude))
 
 
-def _within(value: Numbers, least: Numbers, most: Numbers) -> Numbers:
-    # Operators, not functions of NumPy: of single numbers there are thousands a second.
-    return (value >= least) & (value <= most)
+def _within(value: Numbers, low: Numbers, high: Numbers) -> Numbers:
+    # Operators, not functions of NumPy: single numbers come by the thousand a second.
+    return (value >= low) & (value <= high)

@@ -1,4 +1,4 @@
-"""What a station is called that tells no name of its own: by its number (ITU-R M.585)."""
+"""Stations named by their number, where they report no name (ITU-R M.585)."""
 
 #: Senders of distress, by the first three of nine digits: survival craft, man overboard, beacons.
 _DISTRESS = {"970": "SART", "972": "MOB", "974": "EPIRB"}

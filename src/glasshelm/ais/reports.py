@@ -1,13 +1,9 @@
-"""What every feed of live traffic gives: reports, and how much of what it heard became of use.
-
-The rest of the room: ``source.feed_from`` makes a feed of a string, ``picture.Picture``
-takes the reports and makes a scenario of them, ``write_back.WriteBack`` tells Signal K.
-"""
+"""What every live feed gives: reports, and statistics of what it received."""
 
 from collections.abc import AsyncIterator, Callable
 from datetime import datetime
 from enum import StrEnum
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import msgspec
 
@@ -15,16 +11,19 @@ from glasshelm.core.errors import InputError
 
 
 class Report(msgspec.Struct, frozen=True, kw_only=True):
-    """One thing heard of one ship. SI units, angles clockwise from true north, starboard positive.
+    """What one message says of one ship. SI units; angles clockwise from true north, starboard +.
 
-    ``id`` is her MMSI or URN. ``time`` (UTC) is the time of the *stream*: for a
-    recording played again it lies in the past. What the source does not say
-    is ``None``: a report may hold identity alone (AIS types 5 and 24), or a heading
-    alone (HDT). The waypoint is the next one of own ship's route; ``route_ended``: she
-    has none any more. ``ended`` names the fields of her motion of which the source says
-    that they are not available any more. ``own``: of own ship, from her AIVDO, her
-    sensors or the Signal K server's self. ``formerly``: the id under which the same ship
-    was reported before its MMSI was known.
+    A value that the source does not give is None: a report may hold static data alone
+    (AIS types 5 and 24), or a heading alone (HDT).
+
+    Attributes:
+        id: MMSI or URN of the ship.
+        time: Time of the *stream* (UTC): of a recording that is played again it lies in the past.
+        previous_id: The id under which the same ship was reported before its MMSI was known.
+        waypoint_latitude_deg: Next waypoint of own ship's route, with ``waypoint_longitude_deg``.
+        is_own: From own ship: its AIVDO, its sensors or the Signal K server's self.
+        route_ended: Own ship no longer follows a route.
+        cleared: Fields of the motion that the source says are no longer available.
     """
 
     id: str
@@ -48,8 +47,12 @@ class Report(msgspec.Struct, frozen=True, kw_only=True):
     cleared: tuple[str, ...] = ()
 
 
+#: The fields of a Report that are sensor values of the motion.
+MOTION_FIELDS = ("course_rad", "speed_m_s", "heading_rad", "rate_of_turn_rad_s", "rudder_rad")
+
+
 class RejectReason(StrEnum):
-    """Why something heard was of no use. A fixed set: no input can make it grow."""
+    """Why a message was of no use. A fixed set: no input can make it grow."""
 
     TOO_LONG = "longer than any sentence or message may be"
     MALFORMED = "not of the form of a sentence or message"
@@ -70,7 +73,7 @@ class RejectReason(StrEnum):
     OVERRUN = "come faster than they were read"
 
 
-#: What every feed holds beside what is of use: no fault of it.
+#: What every sound feed holds beside what is of use.
 _USUAL = frozenset(
     (
         RejectReason.UNUSED_KIND,
@@ -84,59 +87,67 @@ _USUAL = frozenset(
 
 
 class Counts:
-    """How much was heard, understood and refused, by reason.
+    """How many messages were received, accepted and rejected, by reason.
 
-    A feed counts sentences (NMEA) or messages (Signal K); a picture counts reports: ``what``.
-    ``heard`` is counted on arrival, the rest when it is decided, so that at any time
-    ``heard == understood + sum(refused.values()) + waiting``; what waits are the
+    A feed counts sentences (NMEA) or messages (Signal K), a picture counts reports: ``unit``.
+    At any time ``received == accepted + sum(rejected.values()) + pending``; pending are the
     parts of messages not yet complete, and none are left when a feed has ended.
     """
 
-    def __init__(self, what: str = "sentences"):
-        self.unit = what
+    def __init__(self, unit: str = "sentences"):
+        self.unit = unit
         self.received = 0
         self.accepted = 0
         self.rejected: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
-        #: More about what is refused, for people: which clocks are wrong.
+        #: More about what is rejected, for people: which clocks are wrong.
         self.remark: Callable[[], str | None] = lambda: None
 
     @property
     def pending(self) -> int:
-        """What is heard and not yet decided."""
+        """How many messages are received and not yet accepted or rejected."""
         return self.received - self.accepted - sum(self.rejected.values())
 
     @property
     def all_rejected(self) -> bool:
-        """Whether something was heard, and nothing of it became of use."""
+        """Whether something was received, and nothing of it accepted."""
         return self.received > 0 and self.accepted == 0
 
     @property
     def has_faults(self) -> bool:
-        """Whether something was refused that a sound feed does not hold."""
-        return any(n for why, n in self.rejected.items() if why not in _USUAL)
+        """Whether something was rejected that a sound feed does not hold."""
+        return any(n for reason, n in self.rejected.items() if reason not in _USUAL)
 
-    def reject(self, why: RejectReason, count: int = 1) -> None:
-        """Count ``count`` of those heard as refused."""
-        self.rejected[why] += count
+    def reject(self, reason: RejectReason, count: int = 1) -> None:
+        """Count ``count`` of the received messages as rejected."""
+        self.rejected[reason] += count
+
+    @property
+    def reasons(self) -> dict[RejectReason, int]:
+        """Why messages were rejected, and how many; reasons that did not occur are left out."""
+        return {reason: count for reason, count in self.rejected.items() if count}
 
     def summary(self) -> str:
         """For people: ``"heard 12 sentences: 9 used, 3 with a wrong checksum"``."""
-        parts = [f"{self.accepted} used", *(f"{n} {why}" for why, n in self._reasons())]
+        parts = [f"{self.accepted} used", *(f"{n} {reason}" for reason, n in self.reasons.items())]
+        text = f"heard {self.received} {self.unit}: {', '.join(parts)}"
         remark = self.remark()
-        said = f"heard {self.received} {self.unit}: {', '.join(parts)}"
-        return f"{said}; {remark}" if remark else said
+        return f"{text}; {remark}" if remark else text
 
     def as_dict(self) -> dict[str, Any]:
         """For programs: the same numbers."""
-        refused = {str(why): count for why, count in self._reasons()}
-        return {"heard": self.received, "used": self.accepted, "refused": refused}
-
-    def _reasons(self) -> list[tuple[RejectReason, int]]:
-        return [(why, count) for why, count in self.rejected.items() if count]
+        rejected = {str(reason): count for reason, count in self.reasons.items()}
+        return {"heard": self.received, "used": self.accepted, "refused": rejected}
 
 
-class FeedBase:
-    """A feed of a title that has heard nothing yet: what all feeds have before they run."""
+class Feed:
+    """A source of reports; it runs once.
+
+    Attributes:
+        title: What the feed is, for people.
+        counts: What it received.
+        connected: Something is at the other end (UDP: the port is open).
+        last_error: One line about why it is not connected, or was not the last time.
+    """
 
     def __init__(self, title: str, counts: Counts | None = None):
         self.title = title
@@ -144,27 +155,14 @@ class FeedBase:
         self.connected = False
         self.last_error: str | None = None
 
-    def fatal_error(self, why: str) -> InputError:
-        """To be raised where nothing can be heard at all; why stays its trouble."""
-        self.last_error = why
-        return InputError(why)
-
-
-@runtime_checkable
-class Feed(Protocol):
-    """A source of reports.
-
-    ``connected``: something is at the other end (for UDP: the port is open);
-    ``trouble``: one line about why it is not, or was not the last time.
-    ``reports`` runs until it is cancelled or closed (``aclose``), and connects again by
-    itself, waiting longer each time; only a file comes to an end. A feed is run once.
-    """
-
-    title: str
-    counts: Counts
-    connected: bool
-    last_error: str | None
-
     def reports(self) -> AsyncIterator[Report]:
-        """The reports as they come. ``async for report in feed.reports(): ...``."""
-        ...
+        """The reports as they come, until the iterator is cancelled or closed (``aclose``).
+
+        A lost connection is made again, after a wait that grows each time; only a file ends.
+        """
+        raise NotImplementedError
+
+    def fatal_error(self, message: str) -> InputError:
+        """The error to raise where nothing can be received at all; it stays ``last_error``."""
+        self.last_error = message
+        return InputError(message)

@@ -1,4 +1,4 @@
-"""From Signal K messages to reports: hello, deltas, and everything else that comes. SI already."""
+"""From Signal K messages (hello, deltas) to reports. SI units already."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -8,15 +8,15 @@ import msgspec
 from glasshelm.ais.limits import is_vessel_mmsi
 from glasshelm.ais.mmsi import is_number
 from glasshelm.ais.reports import Counts, RejectReason, Report
-from glasshelm.ais.signalk_times import time_of
-from glasshelm.ais.signalk_values import read_values
-from glasshelm.ais.stream_clock import StreamClock
+from glasshelm.ais.signalk_values import parse_values
+from glasshelm.ais.timestamps import parse_time
+from glasshelm.ais.traffic_time import StreamClock
 
 #: The longest message [bytes or characters].
 MAX_MESSAGE_BYTES = 1 << 20
 #: The longest context: a ship's URN has some 60 characters.
-LONGEST_CONTEXT = 128
-#: Ships whose MMSI was told beside their context, at most; the one learnt first is forgotten.
+MAX_CONTEXT_LENGTH = 128
+#: Ships whose MMSI came beside their context; the one learnt first is forgotten.
 MAX_LEARNT = 10_000
 
 _VESSELS = "vessels."
@@ -43,33 +43,33 @@ _DECODER = msgspec.json.Decoder(_Message)
 
 
 class DeltaDecoder:
-    """Reads the messages of one server, each counted once.
+    """Decodes the messages of one server, each counted once.
 
-    Own ship is the ``self`` of the server's hello, or the vessel with the MMSI ``own``.
-    One context is one ship, whatever its updates say; an MMSI that is given for a
-    context without one is her number from then on.
+    Own ship is the ``self`` of the server's hello, or the vessel with ``own_mmsi``.
+    One context is one ship, whatever its updates say of it; an MMSI that comes with a
+    context without one is its number from then on.
     """
 
     def __init__(self, counts: Counts, own_mmsi: str | None = None):
-        self._counts, self._own = counts, own_mmsi
+        self._counts, self._own_mmsi = counts, own_mmsi
         self._self = _VESSELS + "self"
         self._clock = StreamClock(live=True)
         #: The MMSI of contexts that have none in their name.
         self._learnt: dict[str, str] = {}
-        #: The part of the tree that told own ship's waypoint: only its null ends the route.
+        #: The branch of the tree that gave own ship's waypoint: only its null ends the route.
         self._route: str | None = None
 
     def decode(self, raw: str | bytes) -> list[Report]:
-        """The reports of a message, one for each update that tells something."""
+        """The reports of a message, one for each update that says something."""
         self._counts.received += 1
-        found = self._message(raw)
-        if isinstance(found, RejectReason):
-            self._counts.reject(found)
+        result = self._decode(raw)
+        if isinstance(result, RejectReason):
+            self._counts.reject(result)
             return []
         self._counts.accepted += 1
-        return found
+        return result
 
-    def _message(self, raw: str | bytes) -> list[Report] | RejectReason:
+    def _decode(self, raw: str | bytes) -> list[Report] | RejectReason:
         if len(raw) > MAX_MESSAGE_BYTES:
             return RejectReason.TOO_LONG
         try:
@@ -81,83 +81,83 @@ class DeltaDecoder:
         if message.updates is None:
             if message.self is None:
                 return RejectReason.UNUSED_KIND
-            self._self = _full(message.self)
+            self._self = _VESSELS + message.self.removeprefix(_VESSELS)
             return []
         context = self._self if message.context is None else message.context
         if context == _VESSELS + "self":
             context = self._self
         if not context.startswith(_VESSELS):
             return RejectReason.NO_SHIP
-        if len(context) > LONGEST_CONTEXT:
+        if len(context) > MAX_CONTEXT_LENGTH:
             return RejectReason.UNDECODABLE
-        reports: list[Report] = []
-        refused: list[RejectReason] = []
-        for update in message.updates:
-            found = self._report(context, update)
-            (refused if isinstance(found, RejectReason) else reports).append(found)  # pyright: ignore
+        results = [self._report(context, update) for update in message.updates]
+        reports = [result for result in results if isinstance(result, Report)]
+        rejected = [result for result in results if isinstance(result, RejectReason)]
         # Of several updates without any use, the message's reason is the first one's.
-        return reports or (refused[0] if refused else RejectReason.EMPTY)
+        return reports or (rejected[0] if rejected else RejectReason.EMPTY)
 
     def _report(self, context: str, update: _Update) -> Report | RejectReason:
         """What one update says of the ship of a context."""
-        said = read_values((one.path, one.value) for one in update.values)
-        number, formerly = self._number(context, said.mmsi)
-        if _no_ship(number) and formerly is None:
+        parsed = parse_values((one.path, one.value) for one in update.values)
+        number, previous_id = self._identify(context, parsed.mmsi)
+        if _is_no_ship(number) and previous_id is None:
             return RejectReason.NO_SHIP
-        own = context == self._self or number == self._own
-        ended = self._route_ended(said.route, said.routes_ended) if own else False
-        if not (said.fields or said.ended or ended or formerly):
-            if said.bad:
+        is_own = context == self._self or number == self._own_mmsi
+        route_ended = is_own and self._route_ended(parsed.route, parsed.ended_routes)
+        if not (parsed.fields or parsed.cleared or route_ended or previous_id):
+            if parsed.bad:
                 return RejectReason.UNDECODABLE
-            return RejectReason.EMPTY if said.used else RejectReason.UNUSED_KIND
-        told = time_of(update.timestamp)
-        if told is None and update.timestamp is not None:
+            return RejectReason.EMPTY if parsed.used else RejectReason.UNUSED_KIND
+        time = _parse_timestamp(update.timestamp)
+        if time is None and update.timestamp is not None:
             return RejectReason.UNDECODABLE
-        if told is not None and said.moves:
-            self._clock.update(told, number)
-        time = told or self._clock.now() or datetime.now(UTC)
+        if time is not None and parsed.has_motion:
+            self._clock.update(time, number)
         return Report(
             id=number,
-            time=time,
-            is_own=own,
-            previous_id=formerly,
-            route_ended=ended,
-            cleared=said.ended,
-            **said.fields,
+            time=time or self._clock.now() or datetime.now(UTC),
+            is_own=is_own,
+            previous_id=previous_id,
+            route_ended=route_ended,
+            cleared=parsed.cleared,
+            **parsed.fields,
         )
 
-    def _number(self, context: str, told: str | None) -> tuple[str, str | None]:
-        """Which ship a context is, and its id before its MMSI was known.
+    def _identify(self, context: str, mmsi: str | None) -> tuple[str, str | None]:
+        """The id of the ship of a context, and its id before its MMSI was known.
 
-        The context's own MMSI is the ship's, whatever else is said.
+        The context's own MMSI comes first, whatever else is said.
         """
         name = context.removeprefix(_VESSELS)
         digits = name.removeprefix(_MMSI)
         if is_number(digits) and len(digits) < 20:
             return str(int(digits)), None
         learnt = self._learnt.get(context)
-        if told is None or told == learnt:
+        if mmsi is None or mmsi == learnt:
             return learnt or name, None
         if learnt is None and len(self._learnt) >= MAX_LEARNT:
             del self._learnt[next(iter(self._learnt))]
-        self._learnt[context] = told
-        return told, learnt or name
+        self._learnt[context] = mmsi
+        return mmsi, learnt or name
 
-    def _route_ended(self, told: str | None, ended: frozenset[str]) -> bool:
-        """Whether own ship's route ended: said by the one that told it, which tells no other."""
-        if told is not None:
-            self._route = told
+    def _route_ended(self, route: str | None, ended_routes: frozenset[str]) -> bool:
+        """Whether own ship's route ended: its own branch says so, and no other gives one."""
+        if route is not None:
+            self._route = route
             return False
-        if self._route is None or self._route not in ended:
+        if self._route is None or self._route not in ended_routes:
             return False
         self._route = None
         return True
 
 
-def _full(identity: str) -> str:
-    return identity if identity.startswith(_VESSELS) else _VESSELS + identity
+def _parse_timestamp(stamp: Any) -> datetime | None:
+    """The time of an update: text, or a count since 1970; None if it is none."""
+    if isinstance(stamp, bool) or not isinstance(stamp, str | int | float):
+        return None
+    return parse_time(str(stamp), any_year=True)
 
 
-def _no_ship(number: str) -> bool:
+def _is_no_ship(number: str) -> bool:
     """Whether this is the number of a station that is no ship, or that none can have."""
     return is_number(number) and (len(number) > 9 or not is_vessel_mmsi(int(number)))

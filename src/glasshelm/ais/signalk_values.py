@@ -1,104 +1,99 @@
 """What the values of a Signal K update say of a ship: paths, nested objects, and nulls.
 
-A null means that a value is not available any more. Of a rate of turn, a rudder or a
-heading, and of a route, that ends the earlier value; a position, a speed, a course, a name
-or a size goes on as it was, and grows old.
+A null means that a value is no longer available. A rate of turn, a rudder angle, a
+heading or a route ends with it; a position, a speed, a course, a name
+or a size stays as it was, and grows old.
 """
 
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from glasshelm.ais.vessel import LONGEST_NAME
+from glasshelm.ais.reports import MOTION_FIELDS
+from glasshelm.ais.table import MAX_NAME_LENGTH
 
-#: Nested objects are looked into so deep: the longest path that is used has four parts.
-_DEEPEST = 5
+#: Nested objects are searched so deep: the longest path that is used has four parts.
+_MAX_DEPTH = 5
 
+#: Values of a Report by its field names.
 Fields = dict[str, Any]
 
 
 @dataclasses.dataclass(slots=True)
-class Said:
+class ParsedUpdate:
     """What an update says, as the fields of a Report, and what it ends."""
 
     fields: Fields = dataclasses.field(default_factory=dict)
     mmsi: str | None = None
-    ended: tuple[str, ...] = ()
-    #: The part of the tree that tells a waypoint, and those that say there is none.
+    cleared: tuple[str, ...] = ()
+    #: The branch of the tree that gives a waypoint, and those that say there is none.
     route: str | None = None
-    routes_ended: frozenset[str] = frozenset()
+    ended_routes: frozenset[str] = frozenset()
+    #: Whether any path is used, and whether the value of one cannot be read.
     used: bool = False
     bad: bool = False
 
     @property
-    def moves(self) -> bool:
-        """Whether anything is said of where she is and how she moves."""
-        return any(name in self.fields for name in _MOVING)
+    def has_motion(self) -> bool:
+        """Whether anything is said of the ship's position or motion."""
+        return not {"latitude_deg", *MOTION_FIELDS}.isdisjoint(self.fields)
+
+    def add_value(self, path: str, value: Any) -> None:
+        """Take the value of a path."""
+        if value is None:
+            if path in _CLEARED:
+                self.cleared = (*self.cleared, _CLEARED[path])
+            return
+        fields = {name: x for name, x in _READERS[path](value).items() if x is not None}
+        self.mmsi = fields.pop("mmsi", None) or self.mmsi
+        self.fields |= fields
+
+    def add_route(self, path: str, value: Any) -> None:
+        """Take the route's next point, or that there is none, in all forms that servers use."""
+        if isinstance(value, dict) and path.endswith(".activeRoute"):
+            return
+        point = _unwrapped(value)
+        point = _unwrapped(point.get("position", point)) if isinstance(point, dict) else point
+        if (
+            isinstance(point, dict)
+            and point.get("latitude", 0) is point.get("longitude", 0) is None
+        ):
+            point = None
+        if point is None:
+            self.ended_routes |= {_ROUTES[path]}
+        elif not isinstance(point, dict):
+            raise ValueError(f"{point!r} is no position")
+        elif "latitude" in point or "longitude" in point or point is not value:
+            self.fields |= {f"waypoint_{name}": x for name, x in _position(point).items()}
+            self.route = _ROUTES[path]
 
 
-def read_values(values: Iterable[tuple[str, Any]]) -> Said:
+def parse_values(values: Iterable[tuple[str, Any]]) -> ParsedUpdate:
     """Read the paths and values of an update; one that cannot be read spoils no other."""
-    said = Said()
+    update = ParsedUpdate()
     for path, value in values:
-        _read(said, path, value, 0)
-    return said
+        for leaf, leaf_value in _leaves(path, value):
+            update.used = True
+            add = update.add_route if leaf in _ROUTES else update.add_value
+            try:
+                add(leaf, leaf_value)
+            except _UNREADABLE:
+                update.bad = True
+    return update
 
 
-def _read(said: Said, path: str, value: Any, deep: int) -> None:
-    if deep and path in _PATHS:
+def _leaves(path: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """The paths that are used at and below a path (the empty one: the ship), and their values."""
+    if depth and path in _PATHS:
         value = _unwrapped(value)
-    reader = _READERS.get(path)
-    if path in _ROUTES:
-        said.used = True
-        try:
-            _route(said, path, value)
-        except _UNREADABLE:
-            said.bad = True
-    elif reader is not None:
-        said.used = True
-        try:
-            _value(said, path, value, reader)
-        except _UNREADABLE:
-            said.bad = True
-    elif isinstance(value, dict) and deep < _DEEPEST and _leads_on(path):
+    is_object = isinstance(value, dict)
+    if path in _PATHS and not (is_object and path in _COURSES):
+        yield path, value
+    elif is_object and depth < _MAX_DEPTH and (not path or path in _PREFIXES):
         for name, inner in value.items():
-            _read(said, f"{path}.{name}" if path else str(name), inner, deep + 1)
-
-
-def _value(said: Said, path: str, value: Any, reader: Callable[[Any], Fields]) -> None:
-    if value is None:
-        ended = _ENDED.get(path)
-        if ended is not None:
-            said.ended = (*said.ended, ended)
-        return
-    found = {name: one for name, one in reader(value).items() if one is not None}
-    said.mmsi = found.pop("mmsi", None) or said.mmsi
-    said.fields |= found
-
-
-def _route(said: Said, path: str, value: Any) -> None:
-    """The route's next point, or that there is none, in all the forms that servers use."""
-    part = _ROUTES[path]
-    if isinstance(value, dict) and not path.endswith((".nextPoint", ".position")):
-        for name in ("nextPoint", "activeRoute"):  # the whole object of a course
-            if name in value and f"{path}.{name}" in _ROUTES:
-                _route(said, f"{path}.{name}", value[name])
-        return
-    if isinstance(value, dict) and path.endswith(".activeRoute"):
-        return
-    place = _unwrapped(value)
-    place = _unwrapped(place.get("position", place)) if isinstance(place, dict) else place
-    if isinstance(place, dict) and place.get("latitude", 0) is place.get("longitude", 0) is None:
-        place = None
-    if place is None:
-        said.routes_ended |= {part}
-    elif not isinstance(place, dict):
-        raise ValueError(f"{place!r} is no place")
-    elif "latitude" in place or "longitude" in place or place is not value:
-        said.fields |= {f"waypoint_{name}": x for name, x in _position(place).items()}
-        said.route = part
+            yield from _leaves(f"{path}.{name}" if path else str(name), inner, depth + 1)
 
 
 def _unwrapped(value: Any) -> Any:
@@ -112,7 +107,7 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _as(name: str) -> Callable[[Any], Fields]:
+def _field(name: str) -> Callable[[Any], Fields]:
     return lambda value: {name: _number(value)}
 
 
@@ -128,16 +123,16 @@ def _length(value: Any) -> Fields:
     return {"length_m": None if overall is None else _number(overall)}
 
 
-def _kind(value: Any) -> Fields:
+def _ship_type(value: Any) -> Fields:
     return {"ship_type": str(int(_number(value["id"] if isinstance(value, dict) else value)))}
 
 
 def _name(value: Any) -> Fields:
-    return {"name": (value.strip()[:LONGEST_NAME] or None) if isinstance(value, str) else None}
+    return {"name": (value.strip()[:MAX_NAME_LENGTH] or None) if isinstance(value, str) else None}
 
 
 def _mmsi(value: Any) -> Fields:
-    """An MMSI, as text or as a number; what cannot be one is none."""
+    """An MMSI, as text or as a number; what cannot be one is ignored."""
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         return {}
     found = _MMSI.fullmatch(str(value).strip())
@@ -147,46 +142,32 @@ def _mmsi(value: Any) -> Fields:
 #: Zeros may stand before the number, and a point behind it, as tables write it.
 _MMSI = re.compile(r"0{0,20}([1-9]\d{0,8})(?:\.0*)?", re.ASCII)
 _UNREADABLE = (TypeError, ValueError, KeyError, AttributeError, OverflowError)
-_MOVING = frozenset(
-    (
-        "latitude_deg",
-        "course_rad",
-        "speed_m_s",
-        "heading_rad",
-        "rate_of_turn_rad_s",
-        "rudder_rad",
-    )
-)
-_READERS: dict[str, Callable[[Any], Fields]] = {
-    "name": _name,
-    "mmsi": _mmsi,
-    "navigation.position": _position,
-    "navigation.speedOverGround": _as("speed_m_s"),
-    "navigation.courseOverGroundTrue": _as("course_rad"),
-    "navigation.headingTrue": _as("heading_rad"),
-    "navigation.rateOfTurn": _as("rate_of_turn_rad_s"),
-    "steering.rudderAngle": _as("rudder_rad"),
-    "design.length": _length,
-    "design.beam": _as("beam_m"),
-    "design.aisShipType": _kind,
-}
-#: What a null ends.
-_ENDED = {
+#: Paths of one number, and their fields; a null ends the value.
+_CLEARED = {
     "navigation.speedOverGround": "speed_m_s",
     "navigation.courseOverGroundTrue": "course_rad",
     "navigation.headingTrue": "heading_rad",
     "navigation.rateOfTurn": "rate_of_turn_rad_s",
     "steering.rudderAngle": "rudder_rad",
 }
-#: Where a route is told, and the part of the tree that it belongs to.
+_READERS: dict[str, Callable[[Any], Fields]] = {
+    "name": _name,
+    "mmsi": _mmsi,
+    "navigation.position": _position,
+    "design.length": _length,
+    "design.beam": _field("beam_m"),
+    "design.aisShipType": _ship_type,
+    **{path: _field(name) for path, name in _CLEARED.items()},
+}
+#: Where a route may be given, and the branch of the tree that each path belongs to.
+_COURSES = tuple(f"navigation.course{kind}" for kind in ("", "GreatCircle", "Rhumbline"))
 _ROUTES = {
-    f"navigation.{part}{rest}": part
-    for part in ("course", "courseGreatCircle", "courseRhumbline")
+    f"{branch}{rest}": branch
+    for branch in _COURSES
     for rest in ("", ".nextPoint", ".nextPoint.position", ".activeRoute")
 }
-_PATHS = (*_READERS, *_ROUTES)
-
-
-def _leads_on(path: str) -> bool:
-    """Whether paths that are used begin with this one (the empty one: the ship herself)."""
-    return not path or any(one.startswith(path + ".") for one in _PATHS)
+_PATHS = frozenset((*_READERS, *_ROUTES))
+#: Paths that lead on to one that is used.
+_PREFIXES = frozenset(
+    path[:i] for path in _PATHS for i, character in enumerate(path) if character == "."
+)

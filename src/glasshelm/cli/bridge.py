@@ -73,7 +73,7 @@ def run(
     from glasshelm.bridge.sessions.log_index import LogIndex, default_logs
     from glasshelm.bridge.sessions.session_factory import check_log, prepared, replayed
     from glasshelm.bridge.sessions.source_list import SourceList, is_feed
-    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
     from glasshelm.core.terminal import Terminal
@@ -82,7 +82,7 @@ def run(
 
     console = Terminal()
     guard = AccessControl(host, token, viewer_token)
-    bounds = None if errors == "off" else declared(errors)
+    bounds = None if errors == "off" else parse_error_bounds(errors)
     logs = default_logs() if log is None else log
     if replay is None or log is not None:
         try:

@@ -46,7 +46,7 @@ def run(
 
     enable_compile_cache()
     from glasshelm.certify.logged_measurements import with_bands
-    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
     from glasshelm.core.terminal import Terminal, print_result, progress
@@ -62,7 +62,7 @@ def run(
             raise InputError(f"{source}: a log is told as it is; leave out {left}")
         frames = list(read_log(source))
         if errors is not None and frames:
-            frames = list(with_bands(frames, pilot_of(frames[0]), declared(errors)))
+            frames = list(with_bands(frames, pilot_of(frames[0]), parse_error_bounds(errors)))
         if not frames:
             raise InputError(f"{source}: no frame in it; it was cut off, or is no log")
     else:
@@ -78,7 +78,7 @@ def run(
         count = steps_of(scenario, steps)
         voyage = simulate(scenario, helm, count, advise)
         if errors is not None:
-            voyage = with_bands(voyage, helm, declared(errors))
+            voyage = with_bands(voyage, helm, parse_error_bounds(errors))
         frames = []
         with (
             FrameLog(out / "frames.jsonl", fresh=True) as log,

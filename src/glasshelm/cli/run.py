@@ -46,7 +46,7 @@ def run(
     from rich.progress import track
 
     from glasshelm.certify.logged_measurements import with_bands
-    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.terminal import Terminal, print_result
     from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
     from glasshelm.frames.frame_log import FrameLog, read_log
@@ -61,7 +61,7 @@ def run(
     count = steps_of(scenario, steps)
     frames = simulate(scenario, helm, count, advise)
     if errors is not None:
-        frames = with_bands(frames, helm, declared(errors))
+        frames = with_bands(frames, helm, parse_error_bounds(errors))
     summary = Summary()
     console.say(f"{scenario.title}, pilot {helm.name}")
     for note in scenario.notes:

@@ -1,6 +1,5 @@
 """Traffic situations of DNV's open JSON format as scenarios."""
 
-import dataclasses
 import math
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,7 +13,7 @@ from glasshelm.encounters.dnv_schema import VoyagePlan, read_situation_file, voy
 from glasshelm.encounters.imazu import PAPER_WAYPOINT_M
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.tracks import TrackColumns, stack_tracks
-from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
+from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, with_dimensions
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams, ShipState
 
 
@@ -39,7 +38,9 @@ def read_situation(path: str | Path, ship: ShipParams) -> Scenario:
     if own.speeds_kn[0] == 0:
         raise InputError(f"{file}: ownShip stands still (sog 0): it must be above 0")
     plane = LocalProjection(*own.points[0])
-    ship = _with_file_dimensions(ship, own, notes)
+    if own.length_m is None:
+        notes.append(f"own ship's length is not in the file: {float(ship.loa_m):.0f} m assumed")
+    ship = with_dimensions(ship, own.length_m, own.beam_m, own.speeds_kn[0] * KNOT_M_S)
     vessels = situation.target_ships or situation.target_ship or []
     plans = [voyage_plan(v, f"{file}: targetShips[{i}]") for i, v in enumerate(vessels)]
     rows = [_legs(v, plane) for v in plans]
@@ -84,18 +85,6 @@ def read_situation(path: str | Path, ship: ShipParams) -> Scenario:
         start=_start_time(situation.start_time, file),
         notes=tuple(notes),
     )
-
-
-def _with_file_dimensions(ship: ShipParams, own: VoyagePlan, notes: list[str]) -> ShipParams:
-    """The ship with the length, beam and speed of the file."""
-    loa, beam = own.length_m, own.beam_m
-    if loa is None:
-        notes.append(f"own ship's length is not in the file: {float(ship.loa_m):.0f} m assumed")
-        loa = float(ship.loa_m)
-    if beam is None:
-        beam = float(ship.beam_m) * loa / float(ship.loa_m)
-    speed = own.speeds_kn[0] * KNOT_M_S
-    return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
 
 
 def _legs(ship: VoyagePlan, plane: LocalProjection) -> TrackColumns:

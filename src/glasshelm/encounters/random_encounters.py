@@ -120,7 +120,7 @@ def validation_encounters(
 def random_scenario(seed: int, ship: ShipParams, settings: RandomEncounters = PAPER) -> Scenario:
     """The random encounter of one seed, with names, its empty slots dropped.
 
-    ``source`` says what draws it again (:func:`source_of`).
+    ``source`` says what draws it again (:func:`source_name`).
     """
     encounter = jax.jit(random_encounter, static_argnums=2)(jax.random.key(seed), ship, settings)
     count = int(encounter.present.sum())

@@ -1,4 +1,4 @@
-"""Recorded AIS traffic as a scenario: any ship of it, or the recorder herself, as own ship."""
+"""Recorded AIS traffic as a scenario: any ship of it, or the recording ship, as own ship."""
 
 import dataclasses
 import math
@@ -8,12 +8,11 @@ from pathlib import Path
 import jax.numpy as jnp
 import numpy as np
 
+from glasshelm.ais.limits import ECHO_M, LOST_AFTER_S, UNDER_WAY_KN
 from glasshelm.ais.mmsi import station_label
 from glasshelm.ais.table import OWN_SENSORS, ReportTable, StaticData
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
-from glasshelm.encounters.globe import LOST_AFTER_S
-from glasshelm.encounters.own_ship_candidates import UNDER_WAY_KN
 from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.random_encounters import WIDE
 from glasshelm.encounters.recording_window import (
@@ -23,13 +22,11 @@ from glasshelm.encounters.recording_window import (
     read_excerpt,
 )
 from glasshelm.encounters.tracks import TrackColumns, single_track, stack_tracks
-from glasshelm.encounters.types import Encounter, Scenario, TargetInfo
+from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, with_dimensions
 from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState
 
-#: A ship that never gets farther than this from her start goes nowhere.
-GOES_NOWHERE_M = 500.0
-#: AIS reports that stay this near to the recorder's own sensors are her own.
-ECHO_M = 150.0
+#: A ship that never gets farther than this from its start goes nowhere.
+MIN_WAY_M = 500.0
 #: A scenario has no more legs, counted as ships times reports of the ship that reports most.
 MAX_LEGS = 20_000_000
 
@@ -39,11 +36,11 @@ class RecordingSettings:
     """How a recording becomes a scenario. SI units."""
 
     lost_after_s: float = LOST_AFTER_S
-    #: Own ship's waypoint is pushed out to at least this distance; 0: her last position itself.
+    #: Own ship's waypoint is at least this far off; 0: its last position itself.
     min_waypoint_m: float = WIDE.waypoint_m[0]
     #: Own ship's length; None: the recording's, or else the preset's.
     loa_m: float | None = None
-    #: How long from t = 0 on; None: as long as own ship is heard.
+    #: How long from t = 0 on; None: as long as own ship is recorded.
     duration_s: float | None = None
 
 
@@ -56,81 +53,90 @@ def recorded_scenario(
 ) -> Scenario:
     """A recording as seen from one of its ships.
 
-    ``own`` is an MMSI, or ``"recorded"`` for the ship whose sensors the file
-    holds (the default where there is one); ``at`` the time (UTC) of t = 0, by
-    default her first report. She keeps K, T and rudder of ``ship``; her speed
-    is her mean recorded speed under way (a pilot cannot stop her, so her stops
-    do not count), her length the recording's where known. Her waypoint lies in
-    the direction of her last known position (or of the farthest one, if she
-    came back), at least ``nearest_waypoint_m`` off. Every report of a target is
-    a leg: she is dead-reckoned from it until the next, and lost after
+    Own ship's speed is its mean recorded speed under way (a pilot cannot stop it, so its stops
+    do not count), its length the recording's where known. Its waypoint lies in
+    the direction of its last position (or of the farthest one, if it
+    came back), at least ``min_waypoint_m`` off. Every report of a target is
+    a leg: it is dead-reckoned from it until the next, and lost after
     ``lost_after_s``. Own ship's echo in the AIS is left out.
-    InputError if there is no such ship, she goes nowhere, or ``at`` is not a
-    time at which she is heard.
+
+    Args:
+        path: The recording.
+        ship: Own ship's K, T and rudder.
+        own: An MMSI, or ``"recorded"`` for the ship whose sensors the file
+            holds (the default where there is one).
+        at: The time (UTC) of t = 0; None: own ship's first report.
+        settings: How the recording becomes a scenario.
+
+    Raises:
+        InputError: There is no such ship, it goes nowhere, or it is not recorded at ``at``.
     """
-    part = read_excerpt(path, own, at, settings.duration_s, settings.lost_after_s)
-    return scenario_from_excerpt(path, part, ship, settings)
+    excerpt = read_excerpt(path, own, at, settings.duration_s, settings.lost_after_s)
+    return scenario_from_excerpt(path, excerpt, ship, settings)
 
 
 def scenario_from_excerpt(
     path: str | Path,
-    part: RecordingExcerpt,
+    excerpt: RecordingExcerpt,
     ship: ShipParams,
     settings: RecordingSettings = RecordingSettings(),
 ) -> Scenario:
-    """The scenario of a part of a recording; as :func:`recorded_scenario`."""
-    number, t0, notes = part.own, part.start_s, list(part.recording.notes)
-    reports, ships = part.recording.reports, part.recording.ships
-    mine = reports.take(reports.mmsi == number)
+    """The scenario of an excerpt of a recording; as :func:`recorded_scenario`."""
+    number, t0, notes = excerpt.own, excerpt.start_s, list(excerpt.recording.notes)
+    reports, ships = excerpt.recording.reports, excerpt.recording.ships
+    own = reports.take(reports.mmsi == number)
     if settings.duration_s is not None:
-        mine = mine.take(mine.time_s <= t0 + settings.duration_s)
-    reports = reports.take((reports.mmsi == OWN_SENSORS) | near_own_ship(mine, reports))
-    plane, now = _plane_at(mine, t0, settings)
-    own_row = _row(mine, plane, t0, settings.lost_after_s)
-    echo = _echo(reports)
-    if number == OWN_SENSORS:
-        hidden = [OWN_SENSORS] if echo is None else [OWN_SENSORS, echo]
-        known = ships.get(echo if echo is not None else OWN_SENSORS, StaticData())
-    else:
-        # Heard over AIS as well as by her own sensors, the recorder would be there twice.
-        hidden = [number] if echo is None else [number, OWN_SENSORS]
-        known = ships.get(number, StaticData())
-    if number == OWN_SENSORS and echo is not None:
+        own = own.take(own.time_s <= t0 + settings.duration_s)
+    reports = reports.take((reports.mmsi == OWN_SENSORS) | near_own_ship(own, reports))
+    plane, now = _plane_at(own, t0, settings)
+    own_legs = _legs(own, plane, t0, settings.lost_after_s)
+    echo, known = _echo(reports), ships.get(number, StaticData())
+    hidden = [number]
+    if echo is not None and number == OWN_SENSORS:
+        hidden, known = [number, echo], ships.get(echo, StaticData())
         notes.append(f"MMSI {echo} is own ship's echo: left out of the traffic")
-    duration = float(mine.time_s[-1] - t0)
-    ship = _fitted(ship, known, own_row, duration, settings, notes)
-    waypoint = _waypoint(path, number, own_row, settings, notes)
+    elif echo is not None:
+        # Received over AIS as well as by its own sensors, the recorder would be there twice.
+        hidden = [number, OWN_SENSORS]
+    duration = float(own.time_s[-1] - t0)
+    ship = _with_recorded_motion(ship, known, own_legs, duration, settings, notes)
+    waypoint = _waypoint(path, number, own_legs, settings, notes)
     others = reports.take(~np.isin(reports.mmsi, hidden))
-    heard = (others.time_s > t0 - settings.lost_after_s) & (others.time_s <= t0 + duration)
-    others = others.take(heard)
-    rows = [_row(r, plane, t0, settings.lost_after_s) for r in _by_ship(others)]
-    longest = max((len(row.start_s) for row in rows), default=0)
-    if len(rows) * longest > MAX_LEGS:
+    current = (others.time_s > t0 - settings.lost_after_s) & (others.time_s <= t0 + duration)
+    others = others.take(current)
+    tracks = [_legs(r, plane, t0, settings.lost_after_s) for r in _by_ship(others)]
+    longest = max((len(track.start_s) for track in tracks), default=0)
+    if len(tracks) * longest > MAX_LEGS:
         raise InputError(
-            f"{path}: {len(rows)} ships with up to {longest} reports each: too much to sail "
+            f"{path}: {len(tracks)} ships with up to {longest} reports each: too much to sail "
             "through: choose --at and --minutes"
         )
-    numbers = np.unique(others.mmsi).tolist()
-    heading = mine.heading_deg[now] if np.isfinite(mine.heading_deg[now]) else mine.cog_deg[now]
-    name = known.name or ("own ship" if number == OWN_SENSORS else f"MMSI {number}")
+    heading = own.heading_deg[now] if np.isfinite(own.heading_deg[now]) else own.cog_deg[now]
+    name = known.name or _label(number)
     return Scenario(
         source=str(path),
-        title=f"{name} in recorded traffic: {len(rows)} ships",
+        title=f"{name} in recorded traffic: {len(tracks)} ships",
         encounter=Encounter(
             ShipState.steady(0.0, 0.0, math.radians(heading), ship.speed_m_s),
             Vector(jnp.full(1, waypoint[0], jnp.float32), jnp.full(1, waypoint[1], jnp.float32)),
-            stack_tracks(rows),
-            jnp.ones(len(rows), bool),
+            stack_tracks(tracks),
+            jnp.ones(len(tracks), bool),
         ),
-        targets=tuple(_info(n, ships.get(n, StaticData())) for n in numbers),
+        targets=tuple(
+            _target_info(n, ships.get(n, StaticData())) for n in np.unique(others.mmsi).tolist()
+        ),
         ship=ship,
         duration_s=duration,
         own_name=name,
-        own_track=single_track(own_row),
+        own_track=single_track(own_legs),
         origin=plane.origin,
         start=datetime.fromtimestamp(t0, UTC),
         notes=tuple(notes),
     )
+
+
+def _label(number: int) -> str:
+    return "own ship" if number == OWN_SENSORS else f"MMSI {number}"
 
 
 def _by_ship(reports: ReportTable) -> list[ReportTable]:
@@ -140,21 +146,21 @@ def _by_ship(reports: ReportTable) -> list[ReportTable]:
 
 
 def _plane_at(
-    mine: ReportTable, t0: float, settings: RecordingSettings
+    own: ReportTable, t0: float, settings: RecordingSettings
 ) -> tuple[LocalProjection, int]:
-    """The plane centred on own ship at t = 0, and the index of her latest report then."""
-    now = int(np.searchsorted(mine.time_s, t0, side="right")) - 1
-    age = min(t0 - mine.time_s[now], settings.lost_after_s)
-    run = mine.sog_kn[now] * KNOT_M_S * age
-    course = math.radians(mine.cog_deg[now])
-    there = LocalProjection(mine.latitude_deg[now], mine.longitude_deg[now])
+    """The plane centred on own ship at t = 0, and the index of its latest report then."""
+    now = int(np.searchsorted(own.time_s, t0, side="right")) - 1
+    age = min(t0 - own.time_s[now], settings.lost_after_s)
+    run = own.sog_kn[now] * KNOT_M_S * age
+    course = math.radians(own.cog_deg[now])
+    there = LocalProjection(own.latitude_deg[now], own.longitude_deg[now])
     latitude, longitude = there.to_globe(
         np.array([run * math.sin(course)]), np.array([run * math.cos(course)])
     )
     return LocalProjection(latitude[0], longitude[0]), now
 
 
-def _row(r: ReportTable, plane: LocalProjection, t0: float, lost_after_s: float) -> TrackColumns:
+def _legs(r: ReportTable, plane: LocalProjection, t0: float, lost_after_s: float) -> TrackColumns:
     """One ship's reports as legs."""
     east, north = plane.to_plane(r.latitude_deg, r.longitude_deg)
     course = plane.course(r.latitude_deg, r.longitude_deg, np.radians(r.cog_deg))
@@ -162,93 +168,89 @@ def _row(r: ReportTable, plane: LocalProjection, t0: float, lost_after_s: float)
 
 
 def _echo(reports: ReportTable) -> int | None:
-    """The MMSI under which the recorder hears herself, if she does."""
-    own = reports.mmsi == OWN_SENSORS
-    if not own.any():
+    """The MMSI under which the recorder receives itself, if it does."""
+    is_own = reports.mmsi == OWN_SENSORS
+    if not is_own.any():
         return None
-    mine, others = reports.take(own), reports.take(~own)
-    plane = LocalProjection(mine.latitude_deg[0], mine.longitude_deg[0])
-    east, north = plane.to_plane(mine.latitude_deg, mine.longitude_deg)
-    their_east, their_north = plane.to_plane(others.latitude_deg, others.longitude_deg)
-    apart = np.hypot(
-        their_east - np.interp(others.time_s, mine.time_s, east),
-        their_north - np.interp(others.time_s, mine.time_s, north),
+    own, others = reports.take(is_own), reports.take(~is_own)
+    plane = LocalProjection(own.latitude_deg[0], own.longitude_deg[0])
+    east, north = plane.to_plane(own.latitude_deg, own.longitude_deg)
+    other_east, other_north = plane.to_plane(others.latitude_deg, others.longitude_deg)
+    distance = np.hypot(
+        other_east - np.interp(others.time_s, own.time_s, east),
+        other_north - np.interp(others.time_s, own.time_s, north),
     )
-    within = (others.time_s >= mine.time_s[0]) & (others.time_s <= mine.time_s[-1])
+    within = (others.time_s >= own.time_s[0]) & (others.time_s <= own.time_s[-1])
     if not within.any():
         return None
     numbers, first = np.unique(others.mmsi, return_index=True)
-    farthest = np.maximum.reduceat(np.where(within, apart, 0.0), first)
-    heard = np.add.reduceat(within.astype(int), first)
-    echoes = numbers[(heard >= 3) & (farthest < ECHO_M)]
+    farthest = np.maximum.reduceat(np.where(within, distance, 0.0), first)
+    count = np.add.reduceat(within.astype(int), first)
+    echoes = numbers[(count >= 3) & (farthest < ECHO_M)]
     return int(echoes[0]) if len(echoes) else None
 
 
-def _fitted(
+def _with_recorded_motion(
     ship: ShipParams,
     known: StaticData,
-    own_row: TrackColumns,
+    own_legs: TrackColumns,
     duration_s: float,
     settings: RecordingSettings,
     notes: list[str],
 ) -> ShipParams:
     """The ship with the recorded one's mean speed under way and, where known, length and beam.
 
-    Under way is ``UNDER_WAY_KN`` or, for a slow ship, half of her highest speed.
+    Under way is ``UNDER_WAY_KN`` or, for a slow ship, half of its highest speed.
     """
     loa = settings.loa_m or known.length_m
     if loa is None:
         notes.append(f"own ship's length is not recorded: {float(ship.loa_m):.0f} m assumed")
-        loa = float(ship.loa_m)
-    beam = known.beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
-    lasts = np.diff(np.clip(own_row.start_s, 0.0, None), append=duration_s)
-    fastest = own_row.speed_m_s[lasts > 0].max(initial=0.0)
-    under_way = own_row.speed_m_s >= min(UNDER_WAY_KN * KNOT_M_S, 0.5 * fastest)
-    sailed = np.where(under_way, lasts, 0.0)
-    speed = float(np.sum(own_row.speed_m_s * sailed) / max(np.sum(sailed), 1e-9))
-    stopped_min = (duration_s - np.sum(sailed)) / 60
+    legs_s = np.diff(np.clip(own_legs.start_s, 0.0, None), append=duration_s)
+    fastest = own_legs.speed_m_s[legs_s > 0].max(initial=0.0)
+    under_way = own_legs.speed_m_s >= min(UNDER_WAY_KN * KNOT_M_S, 0.5 * fastest)
+    under_way_s = np.where(under_way, legs_s, 0.0)
+    speed = float(np.sum(own_legs.speed_m_s * under_way_s) / max(np.sum(under_way_s), 1e-9))
+    stopped_min = (duration_s - np.sum(under_way_s)) / 60
     if stopped_min >= 1:
         notes.append(
             f"own ship stops or drifts for {stopped_min:.0f} of {duration_s / 60:.0f} min: "
             f"her speed is the mean of the rest, {speed / KNOT_M_S:.1f} kn"
         )
-    return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed)
+    return with_dimensions(ship, loa, known.beam_m, speed)
 
 
 def _waypoint(
     path: str | Path,
     number: int,
-    own_row: TrackColumns,
+    own_legs: TrackColumns,
     settings: RecordingSettings,
     notes: list[str],
 ) -> tuple[float, float]:
-    """Own ship's waypoint; InputError if she goes nowhere."""
-    ahead = own_row.start_s >= 0
-    east, north = own_row.east_m[ahead], own_row.north_m[ahead]
-    away = np.hypot(east, north)
-    farthest = int(np.argmax(away))
-    if away[farthest] < GOES_NOWHERE_M:
-        who = "own ship" if number == OWN_SENSORS else f"MMSI {number}"
+    """Own ship's waypoint; InputError if it goes nowhere."""
+    ahead = own_legs.start_s >= 0
+    east, north = own_legs.east_m[ahead], own_legs.north_m[ahead]
+    distance = np.hypot(east, north)
+    farthest = int(np.argmax(distance))
+    if distance[farthest] < MIN_WAY_M:
         raise InputError(
-            f"{path}: {who} stays within {away[farthest]:.0f} m of her start: "
-            f"choose an own ship that makes way for {GOES_NOWHERE_M:.0f} m or an earlier time"
+            f"{path}: {_label(number)} stays within {distance[farthest]:.0f} m of her start: "
+            f"choose an own ship that makes way for {MIN_WAY_M:.0f} m or an earlier time"
         )
-    end = len(away) - 1
-    if away[end] < 0.5 * away[farthest]:
+    end = len(distance) - 1
+    if distance[end] < 0.5 * distance[farthest]:
         notes.append("own ship comes back: her waypoint is the farthest point of her track")
         end = farthest
-    stretch = max(settings.min_waypoint_m / away[end], 1.0)
+    stretch = max(settings.min_waypoint_m / distance[end], 1.0)
     if stretch > 1.0:
         notes.append(
-            f"own ship's track ends {away[end] / NAUTICAL_MILE_M:.1f} NM off: her waypoint lies "
-            f"{settings.min_waypoint_m / NAUTICAL_MILE_M:.1f} NM off in that direction"
+            f"own ship's track ends {distance[end] / NAUTICAL_MILE_M:.1f} NM off: her waypoint "
+            f"lies {settings.min_waypoint_m / NAUTICAL_MILE_M:.1f} NM off in that direction"
         )
     return float(east[end] * stretch), float(north[end] * stretch)
 
 
-def _info(number: int, known: StaticData) -> TargetInfo:
+def _target_info(number: int, known: StaticData) -> TargetInfo:
+    size, ship_type = known.length_m, known.ship_type
     if number == OWN_SENSORS:
-        return TargetInfo(RECORDED, "recording ship", known.length_m, known.ship_type)
-    return TargetInfo(
-        str(number), known.name or station_label(number), known.length_m, known.ship_type
-    )
+        return TargetInfo(RECORDED, "recording ship", size, ship_type)
+    return TargetInfo(str(number), known.name or station_label(number), size, ship_type)

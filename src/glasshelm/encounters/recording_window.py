@@ -1,65 +1,63 @@
-"""Of a recording of any size the part that a scenario needs: one stretch of time, around own ship.
+"""The excerpt of a recording that a scenario needs: one segment of time, around own ship.
 
-A file is read as a stream. A small one is kept whole; of a larger one only own ship's reports
-are, and it is read again for those near her. Nothing grows with the span of time or the size.
+A file of any size is read as a stream. A small one is kept whole; of a larger one only own ship's
+reports are, and it is read again for those near it. Memory does not grow with the file.
 """
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
-from glasshelm.ais.cleaning import STALE_S, clean
-from glasshelm.ais.limits import is_position
-from glasshelm.ais.reading import iter_recording
-from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable
+from glasshelm.ais.cleaning import MAX_BASELINE_S, clean
+from glasshelm.ais.limits import is_mmsi, is_position
+from glasshelm.ais.mmsi import is_number
+from glasshelm.ais.reading import all_reports, iter_recording
+from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable, Wanted
+from glasshelm.ais.timestamps import as_utc
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.globe import ecef
 from glasshelm.encounters.own_ship_candidates import own_ship_candidates
+from glasshelm.encounters.snapshots import ecef
 
 RECORDED = "recorded"
 #: A file of no more reports is read once.
 MAX_SINGLE_PASS = 1_000_000
 #: More reports are not kept.
 MAX_REPORTS = 3_000_000
-#: A time of day without any report for so many hours parts a recording in two.
+#: So many hours without any report separate two segments of a recording.
 SILENT_H = 6
-#: Ships farther from own ship [m] are not her traffic.
+#: Ships farther from own ship [m] are not its traffic.
 AREA_M = 100_000.0
 
-_CANDIDATES_S = 3600.0  # of a large file own ships are proposed by an hour
 _HOUR_S = 3600.0
-_SHOWN = 3
+_MAX_NOTES = 3
 
 
 @dataclasses.dataclass(frozen=True)
 class Segment:
-    """A time in which somebody is heard all along: whole hours [s since 1970]."""
+    """A time with reports all along: whole hours [s since 1970]."""
 
     begin_s: float
     end_s: float
-    reports: int
-    ships: int
+    n_reports: int
+    n_ships: int
 
     def __str__(self) -> str:
-        begin, end = (f"{datetime.fromtimestamp(t, UTC):%Y-%m-%d %H:%M}" for t in self.bounds)
+        begin, end = (
+            f"{datetime.fromtimestamp(t, UTC):%Y-%m-%d %H:%M}" for t in (self.begin_s, self.end_s)
+        )
         return f"of {begin}" if self.end_s - self.begin_s <= _HOUR_S else f"from {begin} to {end}"
 
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """When it begins and ends."""
-        return self.begin_s, self.end_s
-
-    def holds(self, time_s: np.ndarray) -> np.ndarray:
-        """Which times lie in it."""
-        return (time_s >= self.begin_s) & (time_s < self.end_s)
+    def contains(self, reports: ReportTable) -> np.ndarray:
+        """Which reports are of this time."""
+        return _between(reports, self.begin_s, self.end_s)
 
 
 @dataclasses.dataclass(frozen=True)
 class RecordingExcerpt:
-    """A recording, cleaned; whose reports in it are own ship's, and when t = 0 is (since 1970)."""
+    """A cleaned recording; whose reports in it are own ship's, and when t = 0 is (since 1970)."""
 
     recording: Recording
     own: int
@@ -69,118 +67,139 @@ class RecordingExcerpt:
 def read_recording(path: str | Path) -> Recording:
     """The whole of a recording, cleaned. InputError if it is too large, or holds no report."""
     notes: list[str] = []
-    found = _kept(path, lambda reports: np.ones(len(reports), bool), notes, "cut it into hours")
-    return _cleaned(path, found, notes)
+    return _cleaned(path, _read(path, all_reports, notes, "cut it into hours"), notes)
 
 
 def read_excerpt(
     path: str | Path,
     own: int | str | None,
     at: str | datetime | None,
-    lasts_s: float | None,
+    duration_s: float | None,
     before_s: float,
 ) -> RecordingExcerpt:
     """The traffic around an own ship, from ``before_s`` before t = 0 on.
 
-    Of several stretches of time with hours of silence between them it is the one that holds
-    ``at``, or that in which most ships are heard; the notes name the others.
+    Of several segments with hours of silence between them it is the one that holds
+    ``at``, or that with most ships; the notes name the others.
 
     Args:
         path: The recording.
         own: An MMSI, ``"recorded"`` or None: the ship whose sensors the file holds.
-        at: When t = 0 is; None: her first report.
-        lasts_s: How much is needed from then on [s]; None: to her last report.
+        at: When t = 0 is; None: own ship's first report.
+        duration_s: How much is needed from then on [s]; None: to own ship's last report.
         before_s: How much is needed before [s].
 
     Raises:
-        InputError: there is no such ship (it names others), she is not heard then, or there are
-            too many reports.
+        InputError: There is no such ship (the message names others), it is not recorded then,
+            or there are too many reports.
     """
     number = _number_of(own)
     notes: list[str] = []
-    seen, whole = _Seen(), True
-    parts: list[Recording] = []
-    kept = 0
+    hours, parts = _HourlyTraffic(), list[Recording]()
+    n_kept, whole = 0, True
+
+    def own_reports(reports: ReportTable) -> np.ndarray:
+        return reports.mmsi == number
 
     def wanted(reports: ReportTable) -> np.ndarray:
-        seen.add(reports)
-        return np.ones(len(reports), bool) if whole else reports.mmsi == number
+        hours.add(reports)
+        return all_reports(reports) if whole else own_reports(reports)
 
-    for part in iter_recording(path, wanted, notes):
+    for part in iter_recording(path, notes, wanted):
         parts.append(part)
-        kept += len(part.reports)
-        if whole and kept > MAX_SINGLE_PASS:
+        n_kept += len(part.reports)
+        if whole and n_kept > MAX_SINGLE_PASS:
             whole = False
             parts = [_only(part, number) for part in parts]
-            kept = sum(len(part.reports) for part in parts)
-        if kept > MAX_REPORTS:
+            n_kept = sum(len(part.reports) for part in parts)
+        if n_kept > MAX_REPORTS:
             raise _too_many(path, "of own ship", "cut the file into parts")
-    found = Recording.concat(parts)
-    mine = found.reports.take(found.reports.mmsi == number)
-    stretches = seen.stretches()
-    here = _chosen([s for s in stretches if s.holds(mine.time_s).any()] or stretches, at)
-    notes += _left_out([s for s in stretches if s != here])
-    mine = mine.take(here.holds(mine.time_s))
-    if not len(mine):
-        raise _no_own(path, found if whole else None, own, at, here)
-    mine, _ = clean(mine)
+    recording = Recording.concat(parts)
+    track = recording.reports.take(own_reports(recording.reports))
+    segments = hours.segments()
+    with_own = [segment for segment in segments if segment.contains(track).any()]
+    segment = _choose(with_own or segments, at)
+    notes += _notes_on_others([other for other in segments if other != segment])
+    track = track.take(segment.contains(track))
+    if not len(track):
+        raise _no_own_ship(path, recording if whole else None, own, at, segment)
     if not whole:
-        if not len(mine):
+        track, _ = clean(track)
+        if not len(track):
             raise InputError(f"{path}: no usable report of own ship in it")
-        start = start_time(path, mine, at)
-        end = float(mine.time_s[-1]) if lasts_s is None else start + lasts_s
-        near = _Near(mine, start - before_s - STALE_S, end + STALE_S)
-        found = _kept(path, near, [], "choose --at and --minutes", *near.bounds)
-    within = here.holds(found.reports.time_s)
-    recording = _cleaned(
-        path, dataclasses.replace(found, reports=found.reports.take(within)), notes
-    )
-    mine = recording.reports.take(recording.reports.mmsi == number)
-    if not len(mine):
-        raise _no_own(path, recording, own, at, here)
-    return RecordingExcerpt(recording, number, start_time(path, mine, at))
+        start_s = start_time(path, track, at)
+        end_s = float(track.time_s[-1]) if duration_s is None else start_s + duration_s
+        bounds = start_s - before_s - MAX_BASELINE_S, end_s + MAX_BASELINE_S
+        near = _near_track(track, *bounds)
+        recording = _read(path, near, [], "choose --at and --minutes", *bounds)
+    recording = _cleaned(path, recording.select(segment.contains), notes)
+    track = recording.reports.take(own_reports(recording.reports))
+    if not len(track):
+        raise _no_own_ship(path, recording, own, at, segment)
+    return RecordingExcerpt(recording, number, start_time(path, track, at))
 
 
-def start_time(path: str | Path, mine: ReportTable, at: str | datetime | None) -> float:
-    """The time of t = 0 in seconds since 1970. InputError if own ship is not heard then."""
-    first, last = float(mine.time_s[0]), float(mine.time_s[-1])
+def start_time(path: str | Path, track: ReportTable, at: str | datetime | None) -> float:
+    """The time of t = 0 in seconds since 1970. InputError if own ship is not recorded then."""
+    first, last = float(track.time_s[0]), float(track.time_s[-1])
     if at is None:
         return first
-    time = _instant(at, first)
+    time = _seconds_of(at, first)
     if not first <= time < last:
         begin, end = (datetime.fromtimestamp(t, UTC).isoformat()[:19] for t in (first, last))
         raise InputError(f"{path}: own ship is heard from {begin} to {end}, not at {at}")
     return time
 
 
-def near_own_ship(mine: ReportTable, others: ReportTable) -> np.ndarray:
+def near_own_ship(track: ReportTable, others: ReportTable) -> np.ndarray:
     """Which of the others' reports are within :data:`AREA_M` of where own ship was then."""
-    track = ecef(mine.latitude_deg, mine.longitude_deg)
-    there = ecef(others.latitude_deg, others.longitude_deg)
+    own = ecef(track.latitude_deg, track.longitude_deg)
+    offset = ecef(others.latitude_deg, others.longitude_deg)
     for axis in range(3):
-        there[:, axis] -= np.interp(others.time_s, mine.time_s, track[:, axis])
-    return np.linalg.norm(there, axis=-1) <= AREA_M
+        offset[:, axis] -= np.interp(others.time_s, track.time_s, own[:, axis])
+    return np.linalg.norm(offset, axis=-1) <= AREA_M
 
 
-class _Near:
-    """Which reports are own ship's, or near her, in a time; impossible ones stay to be counted."""
+def _near_track(track: ReportTable, begin_s: float, end_s: float) -> Wanted:
+    """Own ship's reports, and those near it in a time; impossible ones stay to be counted."""
 
-    def __init__(self, mine: ReportTable, begin_s: float, end_s: float):
-        self._mine, self.bounds = mine, (begin_s, end_s)
-
-    def __call__(self, reports: ReportTable) -> np.ndarray:
-        begin, end = self.bounds
-        kept = (reports.time_s >= begin) & (reports.time_s <= end)
+    def wanted(reports: ReportTable) -> np.ndarray:
+        kept = (reports.time_s >= begin_s) & (reports.time_s <= end_s)
         rows = np.flatnonzero(kept)
-        here = reports.take(rows)
-        placed = is_position(here.latitude_deg, here.longitude_deg)
-        own = here.mmsi == self._mine.mmsi[0]
-        kept[rows] = own | ~placed | near_own_ship(self._mine, here)
+        candidates = reports.take(rows)
+        possible = is_position(candidates.latitude_deg, candidates.longitude_deg)
+        own = candidates.mmsi == track.mmsi[0]
+        kept[rows] = own | ~possible | near_own_ship(track, candidates)
         return kept
 
+    return wanted
 
-class _Seen:
-    """Who is heard in which hour."""
+
+def _one_a_minute(begin_s: float, end_s: float) -> Wanted:
+    """About one report a minute of each ship, in a time."""
+
+    def wanted(reports: ReportTable) -> np.ndarray:
+        rows = np.flatnonzero(_between(reports, begin_s, end_s))
+        minutes = (reports.time_s[rows] // 60).astype(np.int64)
+        _, first = np.unique(_pair(minutes, reports.mmsi[rows]), return_index=True)
+        kept = np.zeros(len(reports), bool)
+        kept[rows[first]] = True
+        return kept
+
+    return wanted
+
+
+def _between(reports: ReportTable, begin_s: float, end_s: float) -> np.ndarray:
+    return (reports.time_s >= begin_s) & (reports.time_s < end_s)
+
+
+def _pair(period: np.ndarray, mmsi: np.ndarray) -> np.ndarray:
+    """One number for a period of time and a ship."""
+    return (period << 31) + mmsi + 1
+
+
+class _HourlyTraffic:
+    """Which ships are recorded in which hour."""
 
     def __init__(self) -> None:
         self._counts: dict[int, int] = {}
@@ -191,56 +210,58 @@ class _Seen:
         hours = (reports.time_s // _HOUR_S).astype(np.int64)
         for hour, count in zip(*np.unique(hours, return_counts=True), strict=True):
             self._counts[int(hour)] = self._counts.get(int(hour), 0) + int(count)
-        self._pairs.append(np.unique((hours << 31) + reports.mmsi + 1))
+        self._pairs.append(np.unique(_pair(hours, reports.mmsi)))
         self._size += len(self._pairs[-1])
         if self._size > 2 * MAX_SINGLE_PASS:
             self._pairs = [np.unique(np.concatenate(self._pairs))]
             self._size = len(self._pairs[0]) // 2  # so that it is not done again at once
 
-    def stretches(self) -> list[Segment]:
-        """The stretches of time, in order."""
+    def segments(self) -> list[Segment]:
+        """The segments of the recording, in order."""
         hours = np.array(sorted(self._counts), np.int64)
         pairs = np.unique(np.concatenate(self._pairs))
-        found = []
+        segments = []
         for part in np.split(hours, np.flatnonzero(np.diff(hours) > SILENT_H) + 1):
             first, last = int(part[0]), int(part[-1])
             low, high = np.searchsorted(pairs, [first << 31, (last + 1) << 31]).tolist()
-            ships = len(np.unique(pairs[low:high] & ((1 << 31) - 1)))
-            count = sum(self._counts[hour] for hour in part.tolist())
-            found.append(Segment(first * _HOUR_S, (last + 1) * _HOUR_S, count, ships))
-        return found
+            n_ships = len(np.unique(pairs[low:high] & ((1 << 31) - 1)))
+            n_reports = sum(self._counts[hour] for hour in part.tolist())
+            segments.append(Segment(first * _HOUR_S, (last + 1) * _HOUR_S, n_reports, n_ships))
+        return segments
 
 
 def _number_of(own: int | str | None) -> int:
-    """The number of the reports of the own ship that was asked for."""
+    """The number of the reports of the own ship that was chosen."""
     text = RECORDED if own is None else str(own).strip().lower()
     if text == RECORDED:
         return OWN_SENSORS
-    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) > 0):
+    if not (is_number(text) and len(text) < 10 and is_mmsi(int(text))):
         raise InputError(f"own ship {own!r}: must be an MMSI or {RECORDED!r}")
     return int(text)
 
 
-def _chosen(stretches: Sequence[Segment], at: str | datetime | None) -> Segment:
-    """The stretch that holds a time, or that of most ships; a time of day is of any."""
+def _choose(segments: Sequence[Segment], at: str | datetime | None) -> Segment:
+    """The segment that holds a time, or that of most ships; a time of day is of any."""
     if at is not None and not (isinstance(at, str) and "-" not in at):
-        time = np.array([_instant(at, 0.0)])
-        holding = [s for s in stretches if s.holds(time).all()]
-        if holding:
-            return holding[0]
-    return max(stretches, key=lambda s: (s.ships, s.reports))
+        time_s = _seconds_of(at, 0.0)
+        for segment in segments:
+            if segment.begin_s <= time_s < segment.end_s:
+                return segment
+    return max(segments, key=lambda segment: (segment.n_ships, segment.n_reports))
 
 
-def _left_out(others: Sequence[Segment]) -> list[str]:
-    """What is said of the stretches that are not used."""
+def _notes_on_others(others: Sequence[Segment]) -> list[str]:
+    """Notes on the segments that are not used."""
     why = f"left out: {SILENT_H} hours or more of silence part them from the rest"
-    if len(others) > _SHOWN:
-        count = sum(s.reports for s in others)
+    if len(others) > _MAX_NOTES:
+        count = sum(segment.n_reports for segment in others)
         return [f"{count} reports in {len(others)} stretches, the first {others[0]}, {why}"]
-    return [f"{s.reports} {'report' if s.reports == 1 else 'reports'} {s} {why}" for s in others]
+    return [
+        f"{s.n_reports} {'report' if s.n_reports == 1 else 'reports'} {s} {why}" for s in others
+    ]
 
 
-def _instant(at: str | datetime, first_s: float) -> float:
+def _seconds_of(at: str | datetime, first_s: float) -> float:
     """Seconds since 1970 of a time, or of a time of the day of ``first_s``."""
     if isinstance(at, str):
         day = datetime.fromtimestamp(first_s, UTC).date().isoformat()
@@ -248,25 +269,21 @@ def _instant(at: str | datetime, first_s: float) -> float:
             at = datetime.fromisoformat(at if "-" in at else f"{day}T{at}")
         except ValueError:
             raise InputError(f"time {at!r}: must be ISO 8601, or a time of day") from None
-    return (at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp()
+    return as_utc(at).timestamp()
 
 
 def _only(part: Recording, number: int) -> Recording:
     """A part of a file with the reports of one ship alone."""
-    ships = {mmsi: said for mmsi, said in part.ships.items() if mmsi == number}
+    ships = {mmsi: static for mmsi, static in part.ships.items() if mmsi == number}
     return Recording(part.reports.take(part.reports.mmsi == number), ships)
 
 
-def _kept(
-    path: str | Path,
-    wanted: Callable[[ReportTable], np.ndarray],
-    notes: list[str],
-    instead: str,
-    *bounds: float,
+def _read(
+    path: str | Path, wanted: Wanted, notes: list[str], instead: str, *bounds: float
 ) -> Recording:
     """The reports of a file that are wanted; InputError if they are too many."""
     parts, count = [], 0
-    for part in iter_recording(path, wanted, notes, *bounds):
+    for part in iter_recording(path, notes, wanted, *bounds):
         parts.append(part)
         count += len(part.reports)
         if count > MAX_REPORTS:
@@ -278,49 +295,32 @@ def _too_many(path: str | Path, which: str, instead: str) -> InputError:
     return InputError(f"{path}: more than {MAX_REPORTS:,} reports {which}: {instead}")
 
 
-def _cleaned(path: str | Path, found: Recording, notes: Sequence[str]) -> Recording:
-    reports, said = clean(found.reports)
+def _cleaned(path: str | Path, recording: Recording, notes: Sequence[str]) -> Recording:
+    reports, cleaning_notes = clean(recording.reports)
     if len(reports) == 0:
-        raise InputError(f"{path}: no usable report ({'; '.join(said)})")
-    return Recording(reports, found.ships, (*notes, *said))
+        raise InputError(f"{path}: no usable report ({'; '.join(cleaning_notes)})")
+    return Recording(reports, recording.ships, (*notes, *cleaning_notes))
 
 
-def _no_own(
+def _no_own_ship(
     path: str | Path,
-    found: Recording | None,
+    recording: Recording | None,
     own: int | str | None,
     at: str | datetime | None,
-    here: Segment,
+    segment: Segment,
 ) -> InputError:
     """What to choose instead of an own ship that is not there; of a large file, of an hour."""
-    if found is None:
-        begin = here.begin_s if at is None else _instant(at, here.begin_s)
-        hour = (begin, begin + _CANDIDATES_S)
-        found = _kept(path, _Thinned(*hour), [], "choose another --at", *hour)
-    within = here.holds(found.reports.time_s)
-    reports, _ = clean(found.reports.take(within))
+    if recording is None:
+        begin = segment.begin_s if at is None else _seconds_of(at, segment.begin_s)
+        hour = (begin, begin + _HOUR_S)
+        recording = _read(path, _one_a_minute(*hour), [], "choose another --at", *hour)
+    reports, _ = clean(recording.select(segment.contains).reports)
     if own is None:
         problem = "no own ship in it"
     elif str(own).strip().lower() == RECORDED:
         problem = "no recorded own ship in it"
     else:
         problem = f"no usable report of MMSI {own} in it"
-    best = own_ship_candidates(reports, found.ships) if len(reports) else ()
+    best = own_ship_candidates(reports, recording.ships) if len(reports) else ()
     listed = "; ".join(map(str, best)) or "none is under way"
     return InputError(f"{path}: {problem}; choose --own MMSI, for instance {listed}")
-
-
-class _Thinned:
-    """Of each ship about a report a minute, in a time."""
-
-    def __init__(self, begin_s: float, end_s: float):
-        self._bounds = begin_s, end_s
-
-    def __call__(self, reports: ReportTable) -> np.ndarray:
-        begin, end = self._bounds
-        rows = np.flatnonzero((reports.time_s >= begin) & (reports.time_s < end))
-        minutes = (reports.time_s[rows] // 60).astype(np.int64)
-        _, first = np.unique((minutes << 31) + reports.mmsi[rows] + 1, return_index=True)
-        kept = np.zeros(len(reports), bool)
-        kept[rows[first]] = True
-        return kept

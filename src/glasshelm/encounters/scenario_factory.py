@@ -37,16 +37,23 @@ def scenario_from(
     at: str | datetime | None = None,
     settings: RecordingSettings = RecordingSettings(),
 ) -> Scenario:
-    """The scenario that ``source`` names, for a ship.
+    """The scenario that a source string names.
 
     ``random:7`` is the random encounter of seed 7, ``random:7:3`` one of
     exactly 3 ships; ``wide:7`` one of the wider distribution that pilots are
     trained on, ``converging:7`` one of ships that go much the same way;
     ``imazu:8b`` a designed case; ``gulf-of-finland`` and ``new-york`` are
-    recordings that come with the package; anything else is a file. ``own``,
-    ``at`` and ``settings`` are those of
-    :func:`glasshelm.encounters.recorded_traffic.recorded_scenario`. InputError for an
-    unknown source says what is possible.
+    recordings that come with the package; anything else is a file.
+
+    Args:
+        source: The source string.
+        ship: Own ship.
+        own: As :func:`~glasshelm.encounters.recorded_traffic.recorded_scenario`.
+        at: The same.
+        settings: The same.
+
+    Raises:
+        InputError: The source is unknown (the message lists what is possible), or unusable.
     """
     source = source.strip()
     kind = source.partition(":")[0]
@@ -69,7 +76,7 @@ def scenario_from(
 
 
 def recording_settings(minutes: float | None) -> RecordingSettings:
-    """Settings by which so much of a recording is read; None: as long as own ship is heard."""
+    """Settings to read so much of a recording; None: as long as own ship is recorded."""
     if minutes is None:
         return RecordingSettings()
     if not 0 < minutes < math.inf:

@@ -28,13 +28,13 @@ class TrackColumns:
         north_m: Sequence[float | int] | np.ndarray,
         course_rad: Sequence[float | int] | np.ndarray,
         speed_m_s: Sequence[float | int] | np.ndarray,
-        lasts_s: float = np.inf,
+        leg_duration_s: float = np.inf,
     ) -> "TrackColumns":
-        """A row whose legs each end ``lasts_s`` after they begin."""
+        """A row whose legs each end ``leg_duration_s`` after they begin."""
         start, east, north, course, speed = (
             np.asarray(x, np.float64) for x in (start_s, east_m, north_m, course_rad, speed_m_s)
         )
-        return TrackColumns(start, start + lasts_s, east, north, course, speed)
+        return TrackColumns(start, start + leg_duration_s, east, north, course, speed)
 
 
 def stack_tracks(rows: Sequence[TrackColumns]) -> Track:

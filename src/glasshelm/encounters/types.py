@@ -22,7 +22,7 @@ class Track(eqx.Module):
     """Piecewise straight motion. Legs are in order of time on the last axis.
 
     A leg holds from ``start_s`` until the next leg's start, but not beyond its
-    own ``end_s``: outside every leg the target is not there (not yet heard, or
+    own ``end_s``: outside every leg the target is not present (not yet received, or
     lost). Unused legs start at +inf.
     """
 
@@ -46,10 +46,13 @@ class Motion(eqx.Module):
 
 
 class Encounter(eqx.Module):
-    """Everything that the world needs to begin: a pytree of fixed slots.
+    """All that the environment needs for a reset: a pytree of fixed slots.
 
-    ``own`` is own ship's start, ``route`` her waypoints in order (east, north;
-    [m]), ``targets`` one track a slot, ``present`` which slots hold a ship.
+    Attributes:
+        own: Own ship's initial state.
+        route: Its waypoints in order (east, north; [m]).
+        targets: One track a slot.
+        present: Which slots hold a ship.
     """
 
     own: ShipState
@@ -60,9 +63,9 @@ class Encounter(eqx.Module):
 
 @dataclasses.dataclass(frozen=True)
 class TargetInfo:
-    """Who a target is: for people, never for the pilot.
+    """The identity of a target: for people, never for the pilot.
 
-    Whatever she calls herself, ``name`` can be shown (:mod:`glasshelm.core.text`).
+    Whatever a ship is called, ``name`` is safe to show (:mod:`glasshelm.core.text`).
     """
 
     id: str
@@ -80,12 +83,16 @@ class TargetInfo:
 class Scenario:
     """An encounter with what people want to know of it.
 
-    ``ship`` is own ship; ``own_track`` her recorded motion, if there is one;
-    ``own_rudder`` says that a sensor tells her rudder, which her state then has;
-    ``origin`` the latitude and longitude [deg] of (0, 0), ``start`` the time of
-    t = 0 (UTC); ``duration_s`` how long the source says it lasts; ``notes``
-    what was repaired or dropped while reading. Every text can be shown, whatever the
-    source called things (:mod:`glasshelm.core.text`).
+    Every text is safe to show, whatever the source holds (:mod:`glasshelm.core.text`).
+
+    Attributes:
+        ship: Own ship.
+        duration_s: How long the encounter lasts, by its source.
+        own_track: Own ship's recorded motion, if there is one.
+        own_rudder: Whether own ship's initial rudder angle is from a sensor.
+        origin: Latitude and longitude [deg] of (0, 0).
+        start: The time of t = 0 (UTC).
+        notes: What was repaired, dropped or assumed while reading.
     """
 
     source: str
@@ -114,6 +121,18 @@ class Scenario:
 def _set(info: TargetInfo | Scenario, **fields: object) -> None:
     for name, value in fields.items():
         object.__setattr__(info, name, value)
+
+
+def with_dimensions(
+    ship: ShipParams,
+    length_m: float | None,
+    beam_m: float | None,
+    speed_m_s: float | Float[Array, ""],
+) -> ShipParams:
+    """A ship with another speed and, where known, length and beam; the beam scales with length."""
+    loa = length_m or float(ship.loa_m)
+    beam = beam_m or float(ship.beam_m) * loa / float(ship.loa_m)
+    return dataclasses.replace(ship, loa_m=loa, beam_m=beam, speed_m_s=speed_m_s)
 
 
 def straight_track(

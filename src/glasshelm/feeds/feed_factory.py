@@ -1,8 +1,10 @@
 """One string names any feed: a TCP server, a UDP port, a file, a Signal K server."""
 
 from pathlib import Path
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import urlsplit
 
+from glasshelm.ais.limits import is_mmsi
+from glasshelm.ais.mmsi import is_number
 from glasshelm.ais.reports import Feed
 from glasshelm.core.errors import InputError
 from glasshelm.feeds.nmea_transport import FileFeed, TcpFeed, UdpFeed
@@ -17,51 +19,59 @@ SIGNALK_PORT = {"signalk": 3000, "signalks": 3443}
 
 
 def create_feed(text: str, own: str | None = None, token: str | None = None) -> Feed:
-    """The feed that ``text`` names.
+    """The feed that a string names.
 
-    ``own`` is own ship's MMSI, where her reports come like those of any ship;
-    ``token`` is for a Signal K server that lets nobody read without.
-    InputError, in one line, if there is no such feed.
+    Args:
+        text: One of :data:`FEEDS`.
+        own: Own ship's MMSI, where its reports come like those of any ship.
+        token: For a Signal K server that lets nobody read without.
+
+    Raises:
+        InputError: There is no such feed.
     """
     text = text.strip()
-    if own is not None and not (own.isascii() and own.isdigit() and 0 < int(own) < 10**9):
-        raise InputError(f"own ship {own!r}: must be an MMSI (up to nine digits)")
-    own = None if own is None else str(int(own))
-    scheme, found, _ = text.partition("://")
-    if not found:
-        return _file(text, own)
-    if scheme not in ("tcp", "udp", *SIGNALK_PORT):
-        raise InputError(f"no feed {text!r}: choose {FEEDS}")
-    host, port = _address(text, SIGNALK_PORT.get(scheme))
-    if scheme == "tcp":
-        return TcpFeed(host, port, own)
-    if scheme == "udp":
-        return UdpFeed(host, port, own)
-    return SignalKFeed(SignalKServer(host, port, scheme == "signalks", token), own)
+    if own is not None:
+        if not (is_number(own) and len(own) < 20 and is_mmsi(int(own))):
+            raise InputError(f"own ship {own!r}: must be an MMSI (up to nine digits)")
+        own = str(int(own))
+    scheme, separator, _ = text.partition("://")
+    if not separator:
+        return _file_feed(text, own)
+    match scheme:
+        case "tcp":
+            return TcpFeed(*_address(text), own)
+        case "udp":
+            return UdpFeed(*_address(text), own)
+        case "signalk" | "signalks":
+            return SignalKFeed(_signalk_server(text, token), own)
+    raise InputError(f"no feed {text!r}: choose {FEEDS}")
 
 
 def is_signalk(text: str) -> bool:
-    """Whether this names a Signal K server."""
-    scheme, found, _ = text.strip().partition("://")
-    return bool(found) and scheme in SIGNALK_PORT
+    """Whether a string names a Signal K server."""
+    scheme, separator, _ = text.strip().partition("://")
+    return bool(separator) and scheme in SIGNALK_PORT
 
 
 def signalk_server(text: str, token: str | None) -> SignalKServer:
-    """The server of ``signalk://…`` for writing back. InputError if it is none, or no token is."""
-    scheme = text.strip().partition("://")[0]
+    """The server to write to. InputError if it is no ``signalk://…``, or there is no token."""
     if not is_signalk(text):
         raise InputError(f"{text}: only Signal K can be written back to (signalk://HOST[:PORT])")
     if not token:
         raise InputError("writing back to Signal K needs a token of its server")
-    return SignalKServer(
-        *_address(text, SIGNALK_PORT[scheme]), tls=scheme == "signalks", token=token
-    )
+    return _signalk_server(text.strip(), token)
 
 
-def _address(text: str, default_port: int | None) -> tuple[str, int]:
+def _signalk_server(text: str, token: str | None) -> SignalKServer:
+    scheme = text.partition("://")[0]
+    host, port = _address(text, SIGNALK_PORT[scheme])
+    return SignalKServer(host, port, scheme == "signalks", token)
+
+
+def _address(text: str, default_port: int | None = None) -> tuple[str, int]:
     problem = f"{text}: must be {text.partition('://')[0]}://HOST:PORT, with a port of 1 to 65535"
     try:
-        parts: SplitResult = urlsplit(text.strip())
+        parts = urlsplit(text)
         host, port = parts.hostname, parts.port or default_port
     except ValueError:
         raise InputError(problem) from None
@@ -71,12 +81,12 @@ def _address(text: str, default_port: int | None) -> tuple[str, int]:
     return host, port
 
 
-def _file(text: str, own: str | None) -> FileFeed:
+def _file_feed(text: str, own_mmsi: str | None) -> FileFeed:
     path = Path(text)
     try:
-        there = path.is_file()
+        exists = path.is_file()
     except (OSError, ValueError):
-        there = False
-    if not there:
+        exists = False
+    if not exists:
         raise InputError(f"no feed {text!r} (nor such a file): choose {FEEDS}")
-    return FileFeed(path, own)
+    return FileFeed(path, own_mmsi)

@@ -7,81 +7,64 @@ from pathlib import Path
 from typing import Any
 
 from glasshelm.ais.files import TextFile
-from glasshelm.ais.line_splitter import LineSplitter
-from glasshelm.ais.nmea import NmeaDecoder
-from glasshelm.ais.reports import Counts, FeedBase, RejectReason, Report
+from glasshelm.ais.nmea_decoder import NmeaDecoder
+from glasshelm.ais.nmea_sentence import LineSplitter
+from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
 from glasshelm.ais.traffic_time import TOLERANCE_S, TrafficTime
 from glasshelm.core.errors import InputError, hide_paths
-from glasshelm.feeds.backoff import Backoff
-from glasshelm.feeds.connection_errors import describe_error
+from glasshelm.feeds.client_feed import ClientFeed
+from glasshelm.feeds.connection import CONNECT_S, describe_error
 
-#: A TCP server that is silent for so long [s] is taken for gone, and connected to again.
-SILENT_S = 120.0
-#: An attempt to connect is given up after so long [s].
-CONNECT_S = 10.0
-#: Datagrams that may wait to be read.
+#: Datagrams that may wait to be read, ...
 MAX_DATAGRAMS = 4096
-#: ... and how many bytes they may have together.
+#: ... and their size together.
 MAX_QUEUED_BYTES = 1 << 24
-#: So much is read in one turn of the event loop [bytes]: some 150 lines, and others' turn.
+#: So much is read in one turn of the event loop [bytes]: some 150 lines.
 _PIECE = 8192
-_SILENT = "nothing comes"
+
+_Connection = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
-class TcpFeed(FeedBase):
+class TcpFeed(ClientFeed):
     """A client of an NMEA server (receiver, multiplexer, plotter)."""
 
-    def __init__(self, host: str, port: int, own: str | None = None):
+    def __init__(self, host: str, port: int, own_mmsi: str | None = None):
         super().__init__(f"NMEA 0183 from {host}:{port} (TCP)")
-        self._address, self._own = (host, port), own
+        self._address, self._own_mmsi = (host, port), own_mmsi
 
-    async def reports(self) -> AsyncIterator[Report]:
-        """The reports as they come; connects again until it is cancelled."""
-        backoff = Backoff()
-        while True:
-            try:
-                async with asyncio.timeout(CONNECT_S):
-                    stream, writer = await asyncio.open_connection(*self._address)
-            except OSError as error:  # asyncio's TimeoutError is one
-                self.last_error = f"{self.title}: {describe_error(error, _SILENT)}"
-                await backoff.wait()
-                continue
-            self.connected, self.last_error = True, None
-            reader, lines = NmeaDecoder(self.counts, live=True, own_mmsi=self._own), LineSplitter()
-            try:
-                while piece := await self._piece(stream):
-                    backoff.succeeded()
-                    for report in reader.decode(lines.feed(piece)):
-                        yield report
-                    await asyncio.sleep(0)  # a fast sender leaves time for others
-                for report in reader.decode(lines.end()):
-                    yield report
-            finally:
-                self.connected = False
-                reader.close()
-                writer.close()
-            await backoff.wait()
+    async def _connect(self) -> _Connection:
+        async with asyncio.timeout(CONNECT_S):
+            connection = await asyncio.open_connection(*self._address)
+        self._decoder = NmeaDecoder(self.counts, live=True, own_mmsi=self._own_mmsi)
+        self._lines = LineSplitter()
+        return connection
 
-    async def _piece(self, stream: asyncio.StreamReader) -> bytes:
-        """What comes next; nothing when the connection is over."""
-        try:
-            # Not wait_for: before Python 3.12 that may lose a cancellation to a fast server.
-            async with asyncio.timeout(SILENT_S):
-                piece = await stream.read(_PIECE)
-        except OSError as error:
-            self.last_error = f"{self.title}: {describe_error(error, _SILENT)}"
-            return b""
+    async def _receive(self, connection: _Connection) -> bytes | None:
+        piece = await connection[0].read(_PIECE)
         if not piece:
             self.last_error = f"{self.title}: the server closed the connection"
-        return piece
+        return piece or None
+
+    def _decode(self, piece: bytes) -> Iterator[Report]:
+        return self._decoder.decode(self._lines.feed(piece))
+
+    def _decode_rest(self) -> Iterator[Report]:
+        return self._decoder.decode(self._lines.close())
+
+    async def _disconnect(self, connection: _Connection) -> None:
+        self._decoder.close()
+        connection[1].close()
+
+    def _failed(self, error: Exception) -> None:
+        self.last_error = f"{self.title}: {describe_error(error, 'nothing comes')}"
 
 
-class UdpFeed(FeedBase):
-    """Listens for datagrams of one or more lines, from anybody who sends to the port."""
+class UdpFeed(Feed):
+    """Listens for datagrams of one or more lines, from any sender."""
 
-    def __init__(self, host: str, port: int, own: str | None = None):
+    def __init__(self, host: str, port: int, own_mmsi: str | None = None):
         super().__init__(f"NMEA 0183 on {host}:{port} (UDP)")
-        self._address, self._own = (host, port), own
+        self._address, self._own_mmsi = (host, port), own_mmsi
 
     async def reports(self) -> AsyncIterator[Report]:
         """The reports as they come. InputError if the port cannot be listened on."""
@@ -91,72 +74,75 @@ class UdpFeed(FeedBase):
                 lambda: _Listener(datagrams, self.counts), local_addr=self._address
             )
         except OSError as error:
-            why = f"{self.title}: cannot listen: {describe_error(error, _SILENT)}"
-            raise self.fatal_error(why) from None
-        reader = NmeaDecoder(self.counts, live=True, own_mmsi=self._own)
+            message = f"{self.title}: cannot listen: {describe_error(error)}"
+            raise self.fatal_error(message) from None
+        decoder = NmeaDecoder(self.counts, live=True, own_mmsi=self._own_mmsi)
         self.connected = True
         try:
             while True:
                 datagram = await datagrams.get()
-                listener.bytes -= len(datagram)
-                for report in reader.decode(_lines_of(datagram)):
+                listener.queued_bytes -= len(datagram)
+                for report in decoder.decode(_split_datagram(datagram)):
                     yield report
                 await asyncio.sleep(0)
         finally:
             self.connected = False
             transport.close()
-            reader.close()
+            decoder.close()
 
 
 class _Listener(asyncio.DatagramProtocol):
     def __init__(self, datagrams: asyncio.Queue[bytes], counts: Counts):
         self._datagrams, self._counts = datagrams, counts
-        #: How many bytes wait.
-        self.bytes = 0
+        self.queued_bytes = 0
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
-        if not self._datagrams.full() and self.bytes + len(data) <= MAX_QUEUED_BYTES:
-            self.bytes += len(data)
+        if not self._datagrams.full() and self.queued_bytes + len(data) <= MAX_QUEUED_BYTES:
+            self.queued_bytes += len(data)
             self._datagrams.put_nowait(data)
         else:
-            lost = sum(1 for _ in _lines_of(data))
+            lost = sum(1 for _ in _split_datagram(data))
             self._counts.received += lost
             self._counts.reject(RejectReason.OVERRUN, lost)
 
 
-class FileFeed(FeedBase):
+def _split_datagram(datagram: bytes) -> Iterator[bytes]:
+    return (line for line in datagram.replace(b"\r", b"\n").split(b"\n") if line.strip())
+
+
+class FileFeed(Feed):
     """A file of NMEA, packed or not, played at the times of its lines.
 
-    ``pace`` is how many seconds of the file pass in one; it may be changed while
-    playing, and ``inf`` does not wait at all. The time that passes is the one that most ships
-    agree on: nobody waits for a single wrong clock, nor for hours in which the file has nothing.
+    ``pace`` is how many seconds of the file pass in one; it may change while the file is
+    played, and ``inf`` does not wait at all. The time that passes is the one that most ships
+    agree on: a single wrong clock, or hours in which the file has nothing, are not waited for.
     """
 
-    def __init__(self, path: Path, own: str | None = None, pace: float = 1.0):
+    def __init__(self, path: Path, own_mmsi: str | None = None, pace: float = 1.0):
         super().__init__(f"NMEA 0183 from {path.name}")
         self.pace = pace
-        self._path, self._own = path, own
+        self._path, self._own_mmsi = path, own_mmsi
 
     async def reports(self) -> AsyncIterator[Report]:
         """The reports when their time comes. InputError if the file cannot be read."""
-        reader = NmeaDecoder(self.counts, live=False, own_mmsi=self._own)
+        decoder = NmeaDecoder(self.counts, live=False, own_mmsi=self._own_mmsi)
         played = TrafficTime()
         self.connected = True
         try:
-            for lines in self._lines():
-                for report in reader.decode(lines):
+            for lines in self._read_blocks():
+                for report in decoder.decode(lines):
                     before_s = played.latest_s
                     played.update(report.time.timestamp(), report.id)
                     if before_s is not None and played.latest_s is not None:
-                        await self._pass(played.latest_s - before_s)
+                        await self._wait(played.latest_s - before_s)
                     yield report
                 await asyncio.sleep(0)
         finally:
             self.connected = False
-            reader.close()
+            decoder.close()
 
-    async def _pass(self, seconds: float) -> None:
-        """Let so many seconds of the file go by, in steps, so that a new pace is soon felt.
+    async def _wait(self, seconds: float) -> None:
+        """Let so many seconds of the file pass, in steps, so that a new pace takes effect soon.
 
         A gap in the file is passed over.
         """
@@ -167,7 +153,7 @@ class FileFeed(FeedBase):
             await asyncio.sleep(step / self.pace)
             seconds -= step
 
-    def _lines(self) -> Iterator[list[bytes]]:
+    def _read_blocks(self) -> Iterator[list[bytes]]:
         """The lines of the file, block by block."""
         try:
             with hide_paths(self._path.name, self._path), TextFile(self._path) as file:
@@ -176,7 +162,3 @@ class FileFeed(FeedBase):
                 self.last_error = "; ".join(file.notes) or None
         except InputError as error:
             raise self.fatal_error(str(error)) from None
-
-
-def _lines_of(datagram: bytes) -> Iterator[bytes]:
-    return (line for line in datagram.replace(b"\r", b"\n").split(b"\n") if line.strip())

@@ -2,33 +2,30 @@
 
 import itertools
 import math
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 
 import jax.numpy as jnp
 import numpy as np
 
-from glasshelm.ais.limits import is_vessel_mmsi
+from glasshelm.ais.limits import LOST_AFTER_S, is_plausible, is_vessel_mmsi
 from glasshelm.ais.mmsi import is_number
 from glasshelm.ais.own_echo import OwnIdentities, compare_with_own, is_echo
-from glasshelm.ais.plausibility import is_plausible
-from glasshelm.ais.reports import Counts, RejectReason, Report
-from glasshelm.ais.traffic_time import BACKWARD_S, TOLERANCE_S, TrafficTime, format_duration
-from glasshelm.ais.vessel import CourseSpeed, Vessel
+from glasshelm.ais.reports import MOTION_FIELDS, Counts, RejectReason, Report
+from glasshelm.ais.timestamps import as_utc, format_duration, from_epoch
+from glasshelm.ais.traffic_time import BACKWARD_S, TOLERANCE_S, TrafficTime
+from glasshelm.ais.vessel import Vessel
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.projection import LocalProjection
-from glasshelm.encounters.recorded_traffic import LOST_AFTER_S
-from glasshelm.encounters.types import Encounter, Scenario
-from glasshelm.live.fleet import MAX_SHIPS, VesselStore
+from glasshelm.encounters.types import Encounter, Scenario, with_dimensions
 from glasshelm.live.scenario_builder import (
-    DRIFTING_M_S,
     OwnPosition,
     own_position,
     target_info,
     target_tracks,
     to_plane,
-    with_own_dimensions,
 )
 from glasshelm.live.slot_allocator import SlotAllocator
+from glasshelm.live.vessel_store import MAX_SHIPS, VesselStore
 from glasshelm.live.waypoint_tracker import AHEAD_M, WaypointTracker
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M, ShipParams
 
@@ -38,21 +35,20 @@ SHOWN_M = 100_000.0
 SLOTS = 256
 #: The plane's origin is set anew when own ship is so far from it [m].
 RECENTRE_M = 30_000.0
-#: Older positions of own ship [s] are remarked on, and a picture with them is not called live.
+#: Older positions of own ship [s] are noted, and a picture with them is not called live.
 OWN_STALE_S = 30.0
-#: A jump of the time is remarked on for so long [s].
-JUMP_TOLD_S = 60.0
-#: The witness that own ship is, under whichever number.
+#: A jump of the time is noted for so long [s].
+JUMP_NOTED_S = 60.0
+#: Own ship as a source of the time, under whichever number.
 _OWN = "own ship"
-_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class TrafficPicture:
     """Takes reports, one by one, and makes scenarios of them.
 
-    ``counts`` counts reports: those that were believed, and why others were
-    not. Memory is bounded: at most ``fleet.MOST_SHIPS`` ships and a tenth, each forgotten
-    ``fleet.FORGOTTEN_S`` after her last report.
+    ``counts`` counts the reports: accepted ones, and why others were
+    rejected. Memory is bounded: at most ``vessel_store.MAX_SHIPS`` ships and a tenth, each
+    forgotten ``limits.FORGOTTEN_S`` after its last report.
     """
 
     def __init__(self, title: str = "live", slots: int = SLOTS, lost_after_s: float = LOST_AFTER_S):
@@ -65,102 +61,108 @@ class TrafficPicture:
 
     def _clear(self) -> None:
         self._own = Vessel("own")
-        self._numbers = OwnIdentities()
-        self._fleet = VesselStore()
+        self._identities = OwnIdentities()
+        self._others = VesselStore()
         self._plane: LocalProjection | None = None
-        self._destination = WaypointTracker()
+        self._waypoints = WaypointTracker()
         self._slots.clear()
 
     def __len__(self) -> int:
         """How many ships are known, own ship not counted."""
-        return len(self._fleet)
+        return len(self._others)
 
     @property
     def latest_time(self) -> datetime | None:
         """The latest time (of the stream, UTC) that most ships agree on."""
-        latest = self._time.latest_s
-        return None if latest is None else _EPOCH + timedelta(seconds=latest)
+        latest_s = self._time.latest_s
+        return None if latest_s is None else from_epoch(latest_s)
 
     def now(self) -> datetime | None:
-        """The time of the stream at this instant: ``heard`` and what passed since it was heard.
+        """The time of the stream now: ``latest_time`` and what passed since it was received.
 
         This is the ``now`` for :meth:`scenario`, whatever the year of the stream.
         """
         now_s = self._time.now_s
-        try:
-            return None if now_s is None else _EPOCH + timedelta(seconds=now_s)
-        except OverflowError:  # heard in the last second of the year 9999
-            return self.latest_time
+        # None of the last second of the year 9999.
+        return None if now_s is None else from_epoch(now_s) or self.latest_time
 
     def own_age_s(self) -> float | None:
-        """How old own ship's own position is at this instant [s]; None where there is none."""
+        """The age of own ship's position now [s]; None where there is none."""
         now, fix = self.now(), self._own.fix
         return None if now is None or fix is None else max(_seconds(now) - fix.time_s, 0.0)
 
     def distance_m(self, report: Report) -> float:
-        """Roughly how far from own ship a report is [m]; infinitely, if that is not known."""
-        return self._fleet.distance_m(report, self._own.fix)
+        """Roughly how far from own ship a report is [m]; infinite if that is not known."""
+        return self._others.distance_m(report, self._own.fix)
 
     def update(self, report: Report) -> RejectReason | None:
         """Take a report; says why if it is not believed. Never raises."""
         self.counts.received += 1
-        refused = self._take(report)
-        if refused is None:
+        rejected = self._update(report)
+        if rejected is None:
             self.counts.accepted += 1
         else:
-            self.counts.reject(refused)
-        return refused
+            self.counts.reject(rejected)
+        return rejected
 
     def scenario(self, now: datetime, ship: ShipParams) -> Scenario | None:
-        """The traffic at ``now`` as an encounter; None until own ship's motion is known.
+        """The traffic at ``now`` as an encounter.
 
-        t = 0 is now. One leg a ship: dead-reckoned from her latest report, and
-        not there any more ``lost_after_s`` after it. There is always the same
-        number of slots, and a ship keeps hers; ``encounter.present`` tells which
+        t = 0 is now. Each ship has one leg: dead-reckoned from its latest report, and
+        ending ``lost_after_s`` after it. There is always the same
+        number of slots, and a ship keeps its slot; ``encounter.present`` tells which
         slots hold a ship at all (a lost one too). Own ship's numbers are arrays,
-        so that no program is compiled anew as they change; her length and beam are
-        taken from the reports once these tell them. ``origin`` stays where it is
+        so that no program is compiled anew as they change. ``origin`` stays
         until own ship is 30 km from it: what is remembered in the plane, or by slot,
-        is void when it changes. Own ship's heading is her course over ground, as
+        is void when it changes. Own ship's heading is its course over ground, as
         in recorded traffic.
+
+        Args:
+            now: A time of the stream, usually :meth:`now`.
+            ship: Own ship; its length and beam are taken from the reports once these have them.
+
+        Returns:
+            None until own ship's motion is known.
         """
         now_s = _seconds(now)
-        self._fleet.forget(now_s)
-        self._numbers.forget(now_s)
-        here = self._here(now_s)
-        if here is None or self._plane is None:
+        self._others.forget(now_s)
+        self._identities.forget(now_s)
+        own = self._own_position(now_s)
+        if own is None or self._plane is None:
             return None
         vessels = self._shown(now_s)
-        way = self._destination.waypoint(
-            self._plane, here.east_m, here.north_m, here.course_rad, now_s
+        east, north = self._waypoints.waypoint(
+            self._plane, own.east_m, own.north_m, own.course_rad, now_s
         )
-        name = self._own_name()
+        name, static = self._own_name(), self._own.static
         return Scenario(
             source=self._title,
             title=f"{name} in live traffic",
             encounter=Encounter(
-                here.state(),
-                Vector(jnp.full(1, way[0], jnp.float32), jnp.full(1, way[1], jnp.float32)),
+                own.state(),
+                Vector(jnp.full(1, east, jnp.float32), jnp.full(1, north, jnp.float32)),
                 target_tracks(vessels, self._plane, now_s, self._lost_after_s),
                 jnp.asarray(np.array([v is not None for v in vessels], bool)),
             ),
             targets=tuple(target_info(vessel) for vessel in vessels),
-            ship=with_own_dimensions(ship, self._own, here.speed_m_s),
+            ship=with_dimensions(
+                ship, static.length_m, static.beam_m, jnp.asarray(own.speed_m_s, jnp.float32)
+            ),
             duration_s=self._lost_after_s,
             own_name=name,
-            own_track=here.track(self._lost_after_s),
-            own_rudder=here.rudder_rad is not None,
+            own_track=own.track(self._lost_after_s),
+            own_rudder=own.rudder_rad is not None,
             origin=self._plane.origin,
             start=now,
-            notes=self._notes(here, now_s),
+            notes=self._notes(own, now_s),
         )
 
     def status(self, now: datetime) -> str:
         """One line for people: what is known of own ship and how many ships there are."""
-        wrong = self._time.rejected_clocks()
-        return self._state(_seconds(now)) + (f"; {wrong}" if wrong else "")
+        clocks = self._time.rejected_clocks()
+        return self._status(_seconds(now)) + (f"; {clocks}" if clocks else "")
 
-    def _state(self, now_s: float) -> str:
+    def _status(self, now_s: float) -> str:
         own = self._own
         if own.fix is None:
             if self._time.latest_s is None:
@@ -171,85 +173,83 @@ class TrafficPicture:
         motion = own.course_speed()
         if motion is None:
             return "own ship's speed is not known yet"
-        if _goes_anywhere(motion):
+        if motion.lacks_course:
             return "own ship's course is not known yet"
-        ships = sum(1 for v in self._fleet.ships.values() if self._is_target(v))
+        ships = sum(1 for v in self._others.ships.values() if self._is_target(v))
         return f"own ship and {ships} other {'ship' if ships == 1 else 'ships'}"
 
-    def _take(self, r: Report) -> RejectReason | None:
+    def _update(self, r: Report) -> RejectReason | None:
         if r.previous_id is not None and is_number(r.id) and not is_vessel_mmsi(int(r.id)):
-            self._fleet.ships.pop(r.previous_id, None)  # what was taken for a ship is a buoy
+            self._others.ships.pop(r.previous_id, None)  # what was taken for a ship is a buoy
             return RejectReason.NO_SHIP
-        if r.previous_id is not None and self._fleet.rename(r.previous_id, r.id):
+        if r.previous_id is not None and self._others.rename(r.previous_id, r.id):
             self._slots.rename(r.previous_id, r.id)
         if not is_plausible(r):
             return RejectReason.IMPLAUSIBLE
         time_s = _seconds(r.time)
-        placed = r.latitude_deg is not None
-        moves = placed or not _identity_alone(r)
+        has_position = r.latitude_deg is not None
+        is_dynamic = has_position or _has_motion(r)
         before_s = self._time.latest_s
-        if moves:
+        if is_dynamic:
             believed = self._time.update(time_s, _OWN if r.is_own else r.id)
             latest_s = self._time.latest_s or time_s
             if not believed:
                 return RejectReason.TIME_JUMP if time_s > latest_s else RejectReason.LATE
             if before_s is not None:
-                self._follow(latest_s - before_s, latest_s)
+                self._follow_jump(latest_s - before_s, latest_s)
             time_s = min(time_s, self._time.now_s or time_s)
         else:
-            # A time of identity alone may be any (that of the server's start): it moves nothing.
+            # The time of static data may be any (the server's start): it moves nothing.
             time_s = min(time_s, before_s or time_s)
-        vessel = self._own if r.is_own else self._fleet.find(r)
+        vessel = self._own if r.is_own else self._others.find(r)
         if vessel is None:
-            vessel = self._fleet.add(r, self._own.fix)
+            vessel = self._others.add(r, self._own.fix)
         if vessel is None:
             return RejectReason.TOO_FAR
         vessel.update_static(r, time_s)
         vessel.clear_fields(r.cleared)
-        refused = vessel.update(r, time_s) if moves else None
+        rejected = vessel.update(r, time_s) if is_dynamic else None
         if r.is_own:
-            self._numbers.add(r.id, time_s)
-            self._route(r, time_s)
+            self._identities.add(r.id, time_s)
+            self._update_route(r, time_s)
         elif vessel.twin_fix is not None:
-            self._fleet.split(vessel)
-        if refused is None and placed and not r.is_own:
+            self._others.split(vessel)
+        if rejected is None and has_position and not r.is_own:
             compare_with_own(vessel, self._own.fix, self._own.course_speed())
-        return refused
+        return rejected
 
-    def _follow(self, step_s: float, latest_s: float) -> None:
-        """Go with a jump of the time of the traffic."""
+    def _follow_jump(self, step_s: float, latest_s: float) -> None:
+        """Follow the time of the traffic where it jumps."""
+        step = format_duration(step_s)
         if step_s < -BACKWARD_S:
             self._clear()
-            back = format_duration(step_s)
-            told = f"the time of the traffic went back by {back}: the picture began anew"
+            note = f"the time of the traffic went back by {step}: the picture began anew"
         elif step_s > TOLERANCE_S:
-            told = f"a gap of {format_duration(step_s)} in the time of the traffic was passed over"
+            note = f"a gap of {step} in the time of the traffic was passed over"
         else:
             return
-        self._jump = (told, latest_s)
+        self._jump = (note, latest_s)
 
-    def _route(self, r: Report, now_s: float) -> None:
-        """Take what own ship says of her route."""
+    def _update_route(self, r: Report, now_s: float) -> None:
         if r.waypoint_latitude_deg is not None and r.waypoint_longitude_deg is not None:
-            self._destination.set_route_waypoint(
-                r.waypoint_latitude_deg, r.waypoint_longitude_deg, now_s
-            )
+            waypoint = r.waypoint_latitude_deg, r.waypoint_longitude_deg
+            self._waypoints.set_route_waypoint(*waypoint, now_s)
         elif r.route_ended:
-            self._destination.end_route()
+            self._waypoints.end_route()
 
     def _is_target(self, vessel: Vessel) -> bool:
-        if vessel.fix is None or self._numbers.is_own(vessel):
+        if vessel.fix is None or self._identities.is_own(vessel):
             return False
-        return self._numbers.mmsi is not None or not is_echo(vessel)
+        return self._identities.mmsi is not None or not is_echo(vessel)
 
-    def _here(self, now_s: float) -> OwnPosition | None:
-        """Own ship now; None if she is not known, or lost. Keeps the plane near her."""
+    def _own_position(self, now_s: float) -> OwnPosition | None:
+        """Own ship now; None if it is not known, or lost. Keeps the plane near it."""
         fix, motion = self._own.fix, self._own.course_speed()
         if fix is None or motion is None or now_s - fix.time_s > self._lost_after_s:
             return None
-        if _goes_anywhere(motion):
+        if motion.lacks_course:
             return None
-        # Written so that a distance that is no number (the far side of the globe) also counts.
+        # Written so that a NaN (the far side of the globe) also counts.
         if self._plane is None or not math.hypot(*to_plane(fix, self._plane)) <= RECENTRE_M:
             self._plane = LocalProjection(fix.latitude_deg, fix.longitude_deg)
             self._slots.clear()
@@ -258,53 +258,47 @@ class TrafficPicture:
     def _shown(self, now_s: float) -> list[Vessel | None]:
         """The ships in their slots: the nearest of those within ``SHOWN_M``, lost ones last."""
         assert self._own.fix is not None
-        near = self._fleet.nearest(self._own.fix, SHOWN_M, now_s, self._lost_after_s)
+        near = self._others.nearest(self._own.fix, SHOWN_M, now_s, self._lost_after_s)
         shown = (v.id for v in near if self._is_target(v) and v.course_speed())
-        placed = self._slots.allocate(list(itertools.islice(shown, len(self._slots))))
-        return [None if number is None else self._fleet.ships[number] for number in placed]
+        ids = self._slots.allocate(list(itertools.islice(shown, len(self._slots))))
+        return [None if number is None else self._others.ships[number] for number in ids]
 
     def _own_name(self) -> str:
-        told = self._numbers.mmsi
-        return self._own.name or ("own ship" if told is None else f"MMSI {told}")
+        mmsi = self._identities.mmsi
+        return self._own.static.name or ("own ship" if mmsi is None else f"MMSI {mmsi}")
 
-    def _notes(self, here: OwnPosition, now_s: float) -> tuple[str, ...]:
+    def _notes(self, own: OwnPosition, now_s: float) -> tuple[str, ...]:
         notes = []
-        if not self._destination.is_from_route:
-            why = "her route has ended" if self._destination.route_ended else "no route is known"
+        if not self._waypoints.is_from_route:
+            ended = self._waypoints.route_ended
             notes.append(
-                f"{why}: the waypoint is assumed "
-                f"{AHEAD_M / NAUTICAL_MILE_M:.0f} NM ahead on the course she steers"
+                f"{'her route has ended' if ended else 'no route is known'}: the waypoint is "
+                f"assumed {AHEAD_M / NAUTICAL_MILE_M:.0f} NM ahead on the course she steers"
             )
-        if here.age_s > OWN_STALE_S:
-            notes.append(f"own ship's position is {here.age_s:.0f} s old: dead-reckoned since")
+        if own.age_s > OWN_STALE_S:
+            notes.append(f"own ship's position is {own.age_s:.0f} s old: dead-reckoned since")
         motion = self._own.course_speed()
         if motion is not None and motion.course_rad is None:
             notes.append("own ship's heading is not known: she is shown heading north")
-        if self._own.length_m is None:
+        if self._own.static.length_m is None:
             notes.append("own ship's length is not told: that of the chosen ship is assumed")
-        if self._jump is not None and now_s - self._jump[1] <= JUMP_TOLD_S:
+        if self._jump is not None and now_s - self._jump[1] <= JUMP_NOTED_S:
             notes.append(self._jump[0])
-        wrong = self._time.rejected_clocks()
-        if wrong is not None:
-            notes.append(wrong)
-        shared = self._fleet.shared()
+        clocks = self._time.rejected_clocks()
+        if clocks is not None:
+            notes.append(clocks)
+        shared = self._others.shared_ids()
         if shared:
             notes.append(f"two ships use one number, both are shown: MMSI {', '.join(shared[:3])}")
-        if self._fleet.full:
+        if self._others.full:
             notes.append(f"more ships are heard than are kept: the nearest {MAX_SHIPS:,} are")
         return tuple(notes)
 
 
 def _seconds(when: datetime) -> float:
     """Seconds since 1970; a time without a zone is UTC."""
-    return ((when if when.tzinfo else when.replace(tzinfo=UTC)) - _EPOCH).total_seconds()
+    return as_utc(when).timestamp()
 
 
-def _goes_anywhere(motion: CourseSpeed) -> bool:
-    """Whether she makes way on a course that nothing tells."""
-    return motion.course_rad is None and motion.speed_m_s >= DRIFTING_M_S
-
-
-def _identity_alone(r: Report) -> bool:
-    motion = (r.course_rad, r.speed_m_s, r.heading_rad, r.rate_of_turn_rad_s, r.rudder_rad)
-    return all(value is None for value in motion)
+def _has_motion(r: Report) -> bool:
+    return any(getattr(r, name) is not None for name in MOTION_FIELDS)

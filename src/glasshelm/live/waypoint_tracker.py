@@ -1,4 +1,4 @@
-"""Where own ship is going: to her route's waypoint, or straight on for as long as she means it."""
+"""Where own ship is going: to its route's next waypoint, or straight ahead."""
 
 import math
 
@@ -15,58 +15,60 @@ NEAR_M = WIDE.waypoint_m[0]
 #: ... or has steered another course than towards it, by this angle, ...
 OFF_COURSE_RAD = math.radians(20)
 #: ... for so long [s]: an evasive manoeuvre of some minutes is no new destination.
-MEANT_S = 600.0
-#: A waypoint that was told is reached so near to it [m], as in the world.
+OFF_COURSE_S = 600.0
+#: A waypoint of the route is reached so near to it [m], as in the environment.
 ARRIVED_M = EnvSettings().arrival_m
 
 
 class WaypointTracker:
-    """The waypoint that pilots are shown: the one told by the ship's route, or one ahead.
+    """The waypoint for the pilots: that of the ship's route, or one ahead. Kept on the globe.
 
-    Kept on the globe. ``told`` says whether the present one was told.
+    Attributes:
+        is_from_route: Whether the present waypoint is of the route.
+        route_ended: Whether the route has ended, and there was no other since.
     """
 
     def __init__(self) -> None:
-        self._place: tuple[float, float] | None = None
-        self._on_course_s = -math.inf
+        self._position: tuple[float, float] | None = None
+        self._last_on_course_s = -math.inf
         self.is_from_route = False
-        #: Whether the route was told to have ended, and no other was since.
         self.route_ended = False
 
     def set_route_waypoint(self, latitude_deg: float, longitude_deg: float, now_s: float) -> None:
-        """The route's next waypoint. It holds until another is told, or she is there, or off."""
-        self._place, self.is_from_route = (latitude_deg, longitude_deg), True
-        self._on_course_s, self.route_ended = now_s, False
+        """Set the route's next waypoint; it holds until the next one, or own ship is there or off
+        course."""
+        self._position, self.is_from_route = (latitude_deg, longitude_deg), True
+        self._last_on_course_s, self.route_ended = now_s, False
 
     def end_route(self) -> None:
-        """The route has ended: the waypoint is ahead from now on."""
+        """End the route: the waypoint is ahead from now on."""
         if self.is_from_route:
-            self._place, self.is_from_route, self.route_ended = None, False, True
+            self._position, self.is_from_route, self.route_ended = None, False, True
 
     def waypoint(
         self, plane: LocalProjection, east_m: float, north_m: float, course_rad: float, now_s: float
     ) -> tuple[float, float]:
-        """The waypoint (east and north [m]) of own ship at a place of the plane, on a course.
+        """The waypoint (east and north [m]) of own ship at a point of the plane, on a course.
 
-        One that was told is shown on the same bearing at a distance that the pilots know.
+        A waypoint of the route is shown on its bearing at a distance that the pilots know.
         """
-        if self._place is not None:
-            east, north = (float(x[0]) for x in plane.to_plane(*_arrays(*self._place)))
-            away = math.hypot(east - east_m, north - north_m)
+        if self._position is not None:
+            east, north = (float(x[0]) for x in plane.to_plane(*_arrays(*self._position)))
+            distance = math.hypot(east - east_m, north - north_m)
             bearing = math.atan2(east - east_m, north - north_m)
             off = abs((bearing - course_rad + math.pi) % math.tau - math.pi)
-            if off <= OFF_COURSE_RAD or now_s < self._on_course_s:
-                self._on_course_s = now_s
-            meant = now_s - self._on_course_s <= MEANT_S
-            if self.is_from_route and meant and away > ARRIVED_M:
-                shown = min(max(away, NEAR_M), AHEAD_M)
+            if off <= OFF_COURSE_RAD or now_s < self._last_on_course_s:
+                self._last_on_course_s = now_s
+            on_course = now_s - self._last_on_course_s <= OFF_COURSE_S
+            if self.is_from_route and on_course and distance > ARRIVED_M:
+                shown = min(max(distance, NEAR_M), AHEAD_M)
                 return east_m + shown * math.sin(bearing), north_m + shown * math.cos(bearing)
-            if not self.is_from_route and meant and NEAR_M < away < 2 * AHEAD_M:
+            if not self.is_from_route and on_course and NEAR_M < distance < 2 * AHEAD_M:
                 return east, north
         east = east_m + AHEAD_M * math.sin(course_rad)
         north = north_m + AHEAD_M * math.cos(course_rad)
         latitude, longitude = plane.to_globe(*_arrays(east, north))
-        self._place, self._on_course_s = (float(latitude[0]), float(longitude[0])), now_s
+        self._position, self._last_on_course_s = (float(latitude[0]), float(longitude[0])), now_s
         self.is_from_route = False
         return east, north
 

@@ -26,7 +26,7 @@ from glasshelm.planning.cross_entropy_search import (
     SearchSettings,
     best_of,
     improve_all,
-    rollout,
+    rollout_rudders,
 )
 from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, with_drift
 
@@ -166,7 +166,7 @@ def _search(
 
 @jax.jit
 def _sailed(chunk: KnownEncounter, starts: Float[Array, "m w t"]) -> Rollout:
-    one = jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))
+    one = jax.vmap(lambda k, r: rollout_rudders(k, r * k.ship.rudder_limit_rad))
     return jax.vmap(lambda r: one(chunk, r))(starts)
 
 

@@ -271,29 +271,6 @@ def rudder_towards(
     return autopilot_for(ship).rudder_rad(error, at.rate_of_turn_rad_s) / ship.rudder_limit_rad
 
 
-def consistent_plan(
-    plan: Plan,
-    rudder: Float[Array, ""],
-    observation: Observation,
-    ship: ShipParams,
-    tolerance: float,
-) -> Plan:
-    """The plan with the best course that begins much as ``rudder`` does, if it is nearly as good.
-
-    Nearly: at most ``tolerance`` (in return) worse than the best of all; much the same, as in
-    :func:`action_gap`: within half of the limit, for 200 s or more. Else the plan as it is. For a
-    pupil between two ways out: whichever it has chosen is right, and never their mean.
-    """
-    rudders = _rudders(plan, observation, ship)
-    alike = jnp.abs(rudders - rudder) <= _ANOTHER
-    values = jnp.where(alike & _lasts(plan), plan.values, -jnp.inf)
-    near = jnp.argmax(values)
-    offset = jnp.where(
-        values[near] >= plan.values.max() - tolerance, plan.first_offsets_rad[near], plan.offset_rad
-    )
-    return dataclasses.replace(plan, offset_rad=offset)
-
-
 def action_gap(plan: Plan, observation: Observation, ship: ShipParams) -> Float[Array, ""]:
     """What is lost (in return) by the best manoeuvre that begins with quite another rudder.
 

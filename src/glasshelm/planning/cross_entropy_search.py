@@ -159,7 +159,7 @@ def _bearing(encounter: Encounter, own: ShipState, leg: Int[Array, ""]) -> Float
     return wrap_angle(direction(offset(own, waypoint)) - own.heading_rad)
 
 
-def rollout(known: KnownEncounter, rudder_rad: Float[Array, " t"]) -> Rollout:
+def rollout_rudders(known: KnownEncounter, rudder_rad: Float[Array, " t"]) -> Rollout:
     """The voyage of a row of rudder commands [rad]."""
 
     def go(own: ShipState, command: Float[Array, ""]):

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from glasshelm.ais.limits import LOST_SHOWN_S
 from glasshelm.encounters.types import Encounter, Scenario
 from glasshelm.env.rewards import Reward
 from glasshelm.env.step import EnvSettings, observe_step, reset
@@ -20,7 +21,7 @@ from glasshelm.ship.nomoto import ShipParams, ShipState
 from glasshelm.simulation.explained_step import ExplainedStep, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
 from glasshelm.simulation.prediction import predict_track
-from glasshelm.simulation.voyage import LOST_SHOWN_S, Carry, init_carry
+from glasshelm.simulation.voyage import Carry, init_carry
 
 
 class LiveAdvisor:

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
+from glasshelm.ais.limits import LOST_SHOWN_S
 from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter, Motion, Scenario, Track, motion_at
@@ -27,9 +28,6 @@ from glasshelm.simulation.explained_step import (
     no_known_targets,
 )
 from glasshelm.simulation.frame_builder import FrameBuilder
-
-#: A lost AIS target stays in the frames for so long, where she was last.
-LOST_SHOWN_S = 360.0
 
 #: Ticks that one call of the compiled program makes: fewer calls, the same frames.
 _CHUNK = 16

@@ -14,6 +14,7 @@ from glasshelm.networks.critics import CriticSizes
 from glasshelm.planning.course_planner import CourseSettings
 from glasshelm.training.dagger import DaggerSettings
 from glasshelm.training.ddpg import DdpgSettings
+from glasshelm.training.encounter_mix import EncounterMix
 from glasshelm.training.exploration import NoiseSettings
 from glasshelm.training.losses import ActorLossSettings, TdError
 
@@ -60,7 +61,27 @@ class TrainConfig:
 
 _FINE_ACTOR = ActorSizes((128, 128, 64), (128, 128, 64), (64, 64), "fine")
 _FINE_CRITIC = CriticSizes((128, 128, 64), norm=True, lens="fine")
-_BRIEF = EnvSettings(episode_steps=24)
+_TINY = TrainConfig(
+    "tiny",
+    "ddpg",
+    actor_sizes=ActorSizes((8, 8), (8,), (4,)),
+    critic_sizes=CriticSizes((8,), norm=True),
+    ddpg=DdpgSettings(
+        env_steps=1000,
+        train_interval=10,
+        batch_size=16,
+        replay_size=1000,
+        critic_starts=200,
+        actor_starts=200,
+        num_envs=10,
+        env=EnvSettings(episode_steps=24),
+        pool_size=16,
+        pool_cycles=20,
+    ),
+    cycles_between=20,
+    validation_episodes=16,
+    validation_steps=(12, 24),
+)
 
 PRESETS: dict[str, TrainConfig] = {
     # Table A.6 to the letter.
@@ -114,49 +135,21 @@ PRESETS: dict[str, TrainConfig] = {
         ),
     ),
     # Seconds: for tests of the machinery, not for pilots.
-    "tiny": TrainConfig(
-        "tiny",
-        "ddpg",
-        actor_sizes=ActorSizes((8, 8), (8,), (4,)),
-        critic_sizes=CriticSizes((8,), norm=True),
-        ddpg=DdpgSettings(
-            env_steps=1000,
-            train_interval=10,
-            batch_size=16,
-            replay_size=1000,
-            critic_starts=200,
-            actor_starts=200,
-            num_envs=10,
-            env=_BRIEF,
-            pool_size=16,
-            pool_cycles=20,
-        ),
-        cycles_between=20,
-        validation_episodes=16,
-        validation_steps=(12, 24),
-    ),
-    "tiny-fast": TrainConfig(
-        "tiny-fast",
-        "dagger",
-        actor_sizes=ActorSizes((8, 8), (8,), (4,), "fine"),
-        critic_sizes=CriticSizes((8,), norm=True, lens="fine"),
-        ddpg=DdpgSettings(
-            env_steps=600,
-            train_interval=10,
-            batch_size=16,
-            replay_size=1000,
-            critic_starts=200,
-            num_envs=10,
-            env=_BRIEF,
-            pool_size=16,
-            pool_cycles=20,
-            actor_update=False,
-            noise=NoiseSettings("bursts"),
+    "tiny": _TINY,
+    "tiny-fast": dataclasses.replace(
+        _TINY,
+        preset="tiny-fast",
+        algorithm="dagger",
+        actor_sizes=dataclasses.replace(_TINY.actor_sizes, lens="fine"),
+        critic_sizes=dataclasses.replace(_TINY.critic_sizes, lens="fine"),
+        ddpg=dataclasses.replace(
+            _TINY.ddpg, env_steps=600, actor_update=False, noise=NoiseSettings("bursts")
         ),
         dagger=DaggerSettings(
             CourseSettings(
                 (-60.0, 60.0), (300.0,), (), (), keep_s=(), horizon_s=600.0, step_s=20.0
             ),
+            EncounterMix((1, 1, 1, 1, 1, 1, 1)),
             segments=3,
             iterations=3,
             updates=4,
@@ -164,8 +157,6 @@ PRESETS: dict[str, TrainConfig] = {
         ),
         iterations_between=1,
         cycles_between=10,
-        validation_episodes=16,
-        validation_steps=(12, 24),
     ),
 }
 

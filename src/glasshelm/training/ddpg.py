@@ -112,14 +112,6 @@ class DdpgState(eqx.Module):
     cycle: Int[Array, ""]
 
 
-class DdpgMetrics(eqx.Module):
-    """A cycle's losses (0 where nothing was learned) and the mean reward of its steps."""
-
-    critic_loss: Float[Array, ""]
-    actor_loss: Float[Array, ""]
-    reward: Float[Array, ""]
-
-
 class PackedSize(NamedTuple):
     """Rows that a packed batch keeps for targets and for pairs of targets."""
 
@@ -187,22 +179,27 @@ def run_cycle(
     ship: ShipParams,
     settings: DdpgSettings,
     td_error: TdError,
-) -> tuple[DdpgState, DdpgMetrics]:
-    """The environments' steps of one cycle, then its updates (1 : train_interval)."""
+) -> tuple[DdpgState, dict[str, Float[Array, ""]]]:
+    """The environments' steps of one cycle, then its updates (1 : train_interval).
+
+    Returns:
+        The state after the cycle; its losses (0 where nothing was learned) and the mean reward
+        of its steps.
+    """
     key = jax.random.fold_in(jax.random.fold_in(jax.random.key(seed), 1), state.cycle)
     state, reward = _collect(state, pool, jax.random.fold_in(key, 0), ship, settings)
-    critic_loss, actor_loss = jnp.zeros(()), jnp.zeros(())
+    critic_value, actor_value = jnp.zeros(()), jnp.zeros(())
     if learn_critic:
         for number in range(settings.cycle_updates):
             sample_key, noise_key = jax.random.split(jax.random.fold_in(key, number + 1))
             batch = sample(state.replay, settings.batch_size, sample_key)
             attends = isinstance(state.actor, AttentionActor)
             size = packed_size(settings.batch_size, settings.encounters.targets, attends)
-            state, critic_loss, actor_loss = update(
+            state, critic_value, actor_value = update(
                 state, batch, size, noise_key, learn_actor, settings, td_error
             )
     state = eqx.tree_at(lambda s: s.cycle, state, state.cycle + 1)
-    return state, DdpgMetrics(critic_loss, actor_loss, reward)
+    return state, {"critic_loss": critic_value, "actor_loss": actor_value, "reward": reward}
 
 
 def _collect(

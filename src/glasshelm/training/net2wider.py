@@ -1,10 +1,9 @@
-"""An actor with wider layers that says exactly what the narrow one says.
+"""Widen the layers of an actor without changing what it computes (Net2WiderNet).
 
-A training goes on with more capacity and nothing forgotten (Net2WiderNet; Chen,
-Goodfellow and Shlens 2016, arXiv:1511.05641): every unit that is added is a copy
-of one that is there, and what the layer after it takes from that unit is shared
-out among the copies, at random and for each of its own units anew. Copies then
-learn apart.
+Chen, Goodfellow and Shlens 2016, arXiv:1511.05641: every new unit is a copy of an old
+one, and the weights from that unit to the next layer are divided among the copies, at
+random and for each unit of the next layer anew. The copies then learn apart, so a
+training continues with more capacity from where it was.
 """
 
 import equinox as eqx
@@ -20,9 +19,10 @@ Origins = Int[Array, " units"]
 
 
 def widen(actor: Actor, sizes: ActorSizes, key: PRNGKeyArray) -> Actor:
-    """The actor with layers of ``sizes``, each at least as wide as it was, and the same rudder.
+    """The actor with layers of ``sizes`` and the same rudder.
 
-    ValueError if a layer would become narrower or if there are more or fewer of them.
+    Raises:
+        ValueError: A layer would become narrower, or there are more or fewer layers.
     """
     middle_key, waypoint_key, target_key, head_key, score_key = jax.random.split(key, 5)
     width = actor.encode_target.biases[-1].size
@@ -47,7 +47,7 @@ def _widened(
     inputs: Origins | None,
     outputs: Origins | None,
 ) -> Mlp:
-    """The network with hidden layers so wide, its inputs and outputs copies of the old ones."""
+    """The network with wider hidden layers, its inputs and outputs copies of the old ones."""
     if len(hidden) != len(mlp.biases) - 1:
         raise ValueError(f"{len(mlp.biases) - 1} hidden layers cannot become {len(hidden)}")
     origins_key, share_key = jax.random.split(key)

@@ -1,12 +1,14 @@
-"""The stages of a training: each starts, advances by one unit, and shows its actor.
+"""The stages of a training: each starts, advances by one unit, and shows its actor and critic.
 
 ``dagger`` makes an actor that steers like an expert, ``critic`` evaluates critics
 on it, ``ddpg`` learns both at once. The trainer (:mod:`glasshelm.training.trainer`)
-treats them alike.
+treats them alike. A unit is an iteration (dagger) or a cycle (ddpg, critic);
+``time_share`` is the share of a time budget after which the stage ends; ``advance``
+uses the old state up and returns the next with the unit's metrics.
 """
 
 from functools import partial
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import jax
 import numpy as np
@@ -16,42 +18,11 @@ from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.config import TrainConfig
 from glasshelm.training.dagger import DaggerState, dagger_iteration, init_dagger
-from glasshelm.training.ddpg import DdpgMetrics, DdpgState, encounter_pool, init_ddpg, run_cycle
+from glasshelm.training.ddpg import DdpgState, encounter_pool, init_ddpg, run_cycle
 from glasshelm.training.vector_env import EncounterPool
 
-#: A state is an eqx.Module whose leaves are all arrays.
+#: The state of a stage: DaggerState or DdpgState.
 State = Any
-
-
-@runtime_checkable
-class Stage(Protocol):
-    """One part of a training. A unit is an iteration (dagger) or a cycle (ddpg, critic).
-
-    ``time_share`` is the share of a time budget after which the stage ends.
-    """
-
-    name: str
-    unit: str
-    units: int
-    updates_per_unit: int
-    env_steps_per_unit: int
-    evaluate_every: int
-    time_share: float
-
-    def start(self, actor: Actor) -> State:
-        """The first state; ``actor`` is that of the stage before, or the initial one."""
-        ...
-
-    def advance(self, state: State, number: int) -> tuple[State, dict[str, jax.Array]]:
-        """One unit on from state ``number`` (0 is the first), with the unit's metrics.
-
-        The old state is used up.
-        """
-        ...
-
-    def actor(self, state: State) -> Actor: ...
-
-    def critic(self, state: State) -> SubTaskCritic | None: ...
 
 
 class DaggerStage:
@@ -69,6 +40,7 @@ class DaggerStage:
         self._config = config
 
     def start(self, actor: Actor) -> DaggerState:
+        """The first state, from the initial actor."""
         return init_dagger(actor, self._config.dagger)
 
     def advance(self, state: DaggerState, number: int) -> tuple[DaggerState, dict[str, jax.Array]]:
@@ -103,6 +75,7 @@ class DdpgStage:
         self._pool: tuple[int, EncounterPool] | None = None
 
     def start(self, actor: Actor) -> DdpgState:
+        """The first state, from the actor of the stage before or the initial one."""
         config = self._config
         key = jax.random.fold_in(jax.random.key(config.seed), 4)
         critic = jax.jit(SubTaskCritic, static_argnums=0)(config.critic_sizes, key)
@@ -113,8 +86,7 @@ class DdpgStage:
         steps = number * self.env_steps_per_unit
         critic = steps >= settings.critic_starts
         actor = critic and settings.actor_update and steps >= settings.actor_starts
-        state, metrics = _run_cycle(state, self._pool_at(number), critic, actor, self._config)
-        return state, vars(metrics)
+        return _run_cycle(state, self._pool_at(number), critic, actor, self._config)
 
     def actor(self, state: DdpgState) -> Actor:
         return state.actor
@@ -131,10 +103,14 @@ class DdpgStage:
         return self._pool[1]
 
 
+Stage = DaggerStage | DdpgStage
+
+
 def stages_of(config: TrainConfig) -> list[Stage]:
     """The stages of a training, in order; those that have nothing to do are left out."""
-    ddpg = DdpgStage(config)
-    stages: list[Stage] = [ddpg] if config.algorithm == "ddpg" else [DaggerStage(config), ddpg]
+    stages: list[Stage] = [DdpgStage(config)]
+    if config.algorithm == "dagger":
+        stages.insert(0, DaggerStage(config))
     return [stage for stage in stages if stage.units > 0]
 
 
@@ -160,7 +136,7 @@ def _run_cycle(
     learn_critic: bool,
     learn_actor: bool,
     config: TrainConfig,
-) -> tuple[DdpgState, DdpgMetrics]:
+) -> tuple[DdpgState, dict[str, jax.Array]]:
     ship = ship_named(config.ship)
     return run_cycle(
         state, pool, learn_critic, learn_actor, config.seed, ship, config.ddpg, config.critic

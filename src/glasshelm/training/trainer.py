@@ -32,7 +32,7 @@ from glasshelm.training.training_state import (
     save_pilot,
     save_snapshot,
 )
-from glasshelm.training.validation import Memoryless, ValidationScore, rollout, score
+from glasshelm.training.validation import Memoryless, ValidationScore, score, validation_rollout
 
 BEST_FILE, FINAL_FILE = "best.safetensors", "final.safetensors"
 
@@ -117,8 +117,7 @@ class Trainer:
             if units % 8 == 0:
                 jax.block_until_ready(latest)  # stay near the device: clock and Ctrl-C count
             self.progress.advance(units)
-            now = time.monotonic()
-            late = deadline is not None and now > deadline
+            late = deadline is not None and time.monotonic() > deadline
             if units % stage.evaluate_every == 0 or units == stage.units or late:
                 line = mean_metrics(metrics)
                 seconds = time.monotonic() - last_line
@@ -127,10 +126,11 @@ class Trainer:
                 metrics, last_line = [], time.monotonic()
             if late:
                 return units == stage.units
+            now = time.monotonic()
             if now - last_snapshot > self.settings.snapshot_s:
                 self._snapshot()
-                last_line += time.monotonic() - now
                 last_snapshot = time.monotonic()
+                last_line += last_snapshot - now  # the pace is that of learning alone
         return True
 
     def _validate(self, stage: Stage, metrics: dict[str, float], log: MetricsLog) -> None:
@@ -165,7 +165,7 @@ class Trainer:
 
     def _score(self, actor: Actor) -> ValidationScore:
         short, long = self.config.validation_steps
-        episodes = rollout(Memoryless(actor), self._encounters, self.ship, short, long)
+        episodes = validation_rollout(Memoryless(actor), self._encounters, self.ship, short, long)
         return score(episodes, float(self.ship.loa_m))
 
     def _results(

@@ -5,19 +5,16 @@ from functools import partial
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
-from glasshelm.env.step import EnvState
 from glasshelm.networks.actors import Policy
 from glasshelm.pilots.protocols import BatchPolicy, Memory
-from glasshelm.ship.course_reversals import WEAVING, Reversals
+from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.vector_env import reset_batch, step_batch
+from glasshelm.simulation.rollout import plain_cases, rollout
 
 
 class Rollout(eqx.Module):
@@ -89,10 +86,10 @@ class Memoryless(eqx.Module):
 
 
 @partial(jax.jit, static_argnames=("short", "long"))
-def rollout(
+def validation_rollout(
     policy: BatchPolicy, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
 ) -> Rollout:
-    """Simulate a batch of encounters for ``long`` steps under a policy.
+    """:func:`glasshelm.simulation.rollout.rollout` of a batch of encounters, in brief.
 
     Args:
         policy: What steers them all.
@@ -101,38 +98,16 @@ def rollout(
         short: Steps of the short voyage.
         long: Steps of the long voyage.
     """
-
-    def go(carry: tuple[EnvState, Memory, Reversals, Rollout], number: Int[Array, ""]):
-        state, memory, reversals, so_far = carry
-        action, memory = policy(state.observation, memory)
-        result = step_batch(encounters, state, action, ship)
-        counts = jnp.array([True, True]).at[0].set(number < short)[:, None]
-        worst = jnp.where(encounters.present, result.margin, -jnp.inf).max(-1, initial=-jnp.inf)
-        nearest = jnp.where(encounters.present, result.range_m, jnp.inf).min(-1, initial=jnp.inf)
-        turn = wrap_angle(result.state.own.heading_rad - state.own.heading_rad)
-        reversals = reversals.after(turn)
-        so_far = Rollout(
-            jnp.where(counts, jnp.maximum(so_far.margin, worst), so_far.margin),
-            jnp.where(counts, jnp.minimum(so_far.range_m, nearest), so_far.range_m),
-            so_far.return_by_task + counts[0] * result.reward.by_task,
-            so_far.rudder + jnp.abs(action) / long,
-            reversals.count,
-            so_far.targets,
-        )
-        return (result.state, memory, reversals, so_far), None
-
-    size = encounters.present.shape[0]
-    nothing = Rollout(
-        jnp.full((2, size), -jnp.inf),
-        jnp.full((2, size), jnp.inf),
-        jnp.zeros((size, 2)),
-        jnp.zeros(size),
-        jnp.zeros(size, jnp.int32),
+    cases = plain_cases(encounters, ship, long, short)
+    found = rollout(policy, cases, long)
+    return Rollout(
+        found.margin.T,
+        found.range_m.T,
+        found.return_by_task,
+        found.rudder / long,
+        found.reversals.count,
         encounters.present.sum(-1),
     )
-    start = (reset_batch(encounters, ship), policy.start(size), Reversals.none(size), nothing)
-    (*_, episodes), _ = jax.lax.scan(go, start, jnp.arange(long))
-    return episodes
 
 
 def score(episodes: Rollout, loa_m: float) -> ValidationScore:

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from glasshelm.ais.limits import LOST_SHOWN_S
 from glasshelm.env.rewards import Reward
 from glasshelm.env.step import EnvSettings, step
 from glasshelm.frames.schema import Frame
@@ -16,7 +17,6 @@ from glasshelm.pilots.protocols import Decision, Pilot
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.explained_step import ExplainedStep, RudderOverride, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
-from glasshelm.simulation.voyage import LOST_SHOWN_S
 from glasshelm.whatif.branch import Branch, BranchState
 from glasshelm.whatif.changes import Change, masked
 

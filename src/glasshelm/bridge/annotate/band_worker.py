@@ -18,8 +18,8 @@ import msgspec
 
 from glasshelm.bridge.server import protocol as m
 from glasshelm.bridge.server.fault_log import one_line
-from glasshelm.certify.logged_measurements import CELLS, band_of
-from glasshelm.certify.rudder_band import ALONE, certifiable
+from glasshelm.certify.logged_measurements import MAX_CELLS, band_of_frames
+from glasshelm.certify.rudder_band import SINGLE_SCENE_CHUNK, require_sum_actor
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
@@ -109,12 +109,12 @@ class Bands:
 
     def _cells(self, stands_s: float) -> int:
         """As many bounds as there is time for; 0 if not even one."""
-        batches = min(SHARE * stands_s / self._usual_s, _batches(CELLS))
-        return 0 if batches < 1 else 1 + ALONE * (int(batches) - 1)
+        batches = min(SHARE * stands_s / self._usual_s, _batches(MAX_CELLS))
+        return 0 if batches < 1 else 1 + SINGLE_SCENE_CHUNK * (int(batches) - 1)
 
 
 def _batches(cells: int) -> int:
-    return 1 + math.ceil((cells - 1) / ALONE)
+    return 1 + math.ceil((cells - 1) / SINGLE_SCENE_CHUNK)
 
 
 def told(
@@ -129,10 +129,10 @@ def told(
     if frame.band is None:
         try:
             pilot = pilot_of(frame, named)
-            certifiable(pilot)
+            require_sum_actor(pilot)
             if cells < 1:
                 raise InputError("the frames follow each other too fast")
-            band = band_of(frames, pilot, errors, cells)
+            band = band_of_frames(frames, pilot, errors, cells)
             found = msgspec.structs.replace(frame, band=band)
         except InputError as error:
             why = f"no certified band: {error}"

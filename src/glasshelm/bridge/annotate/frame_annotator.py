@@ -10,6 +10,7 @@ from glasshelm.bridge.server.fault_log import Faults
 from glasshelm.bridge.server.protocol import Alarm, Meeting, Sentence
 from glasshelm.bridge.sessions.session import Predicted
 from glasshelm.colregs.encounter_tracker import EncounterTracker
+from glasshelm.colregs.rule_text import ROLES
 from glasshelm.frames.schema import Frame
 from glasshelm.report.current_sentence import LOOK_BACK_FRAMES, current_sentence
 
@@ -45,7 +46,7 @@ class Lookout:
         for line in before:
             frame = decoder.decode(line)
             self._recent.append(frame)
-            self._rules.see(frame)
+            self._rules.update(frame)
 
     def recent(self, count: int) -> tuple[Frame, ...]:
         """The last frames seen, as far as there are so many."""
@@ -58,7 +59,8 @@ class Lookout:
             self._listed = self.alarms.see(frame)
         meetings: dict[str, Meeting] = {}
         with self.faults.contained("telling the rules"):
-            meetings = self._rules.see(frame)
+            types = self._rules.update(frame)
+            meetings = {id: Meeting(*ROLES[type]) for id, type in types.items()}
         sentence = None
         with self.faults.contained("telling the sentence"):
             sentence = self._sentence(ahead)
@@ -66,5 +68,5 @@ class Lookout:
 
     def _sentence(self, ahead: Predicted | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        told = current_sentence(tuple(self._recent), rows, step_s, self._rules.kinds)
+        told = current_sentence(tuple(self._recent), rows, step_s, self._rules.types)
         return None if told is None else Sentence(told.what, told.why, told.next)

@@ -9,7 +9,7 @@ from concurrent.futures import CancelledError
 from typing import TypeVar
 
 from glasshelm.core.errors import InputError
-from glasshelm.feeds.backoff import Backoff
+from glasshelm.feeds.connection import Backoff
 
 Result = TypeVar("Result")
 

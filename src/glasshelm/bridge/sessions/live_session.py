@@ -16,8 +16,8 @@ from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo, t
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Scenario
 from glasshelm.feeds.nmea_transport import FileFeed
-from glasshelm.feeds.report_queue import ReportQueue
 from glasshelm.frames.schema import Frame
+from glasshelm.live.report_queue import ReportQueue
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot

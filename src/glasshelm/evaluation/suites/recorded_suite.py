@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from glasshelm.ais.limits import LOST_AFTER_S
 from glasshelm.ais.table import OWN_SENSORS, Recording, ReportTable
 from glasshelm.core.errors import InputError
-from glasshelm.encounters.globe import LOST_AFTER_S, TrafficSnapshot, closest_approaches, snapshots
 from glasshelm.encounters.recorded_traffic import RecordingSettings, scenario_from_excerpt
 from glasshelm.encounters.recording_window import RECORDED, RecordingExcerpt, read_recording
 from glasshelm.encounters.scenario_factory import BUNDLED
+from glasshelm.encounters.snapshots import TrafficSnapshot, closest_approaches, snapshots
 from glasshelm.encounters.types import Scenario
 from glasshelm.evaluation.suites.batching import scenario_suite
 from glasshelm.evaluation.types import Suite
@@ -76,8 +77,8 @@ def _suite(path: Path, name: str, ship: ShipParams, settings: Windows = Windows(
     note = (
         f"Windows of {settings.lasts_s / 60:.0f} min of recorded AIS ({name}) that begin where a "
         f"ship closes another to within {settings.dcpa_m / NAUTICAL_MILE_M:g} NM in "
-        f"{settings.tcpa_s[0] / 60:.0f} to {settings.tcpa_s[1] / 60:.0f} min; the pilot takes her "
-        "place with her length and speed"
+        f"{settings.tcpa_s[0] / 60:.0f} to {settings.tcpa_s[1] / 60:.0f} min; the pilot takes its "
+        "place with its length and speed"
     )
     return scenario_suite(f"recorded-{name}", note, scenarios)
 

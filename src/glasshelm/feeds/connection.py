@@ -1,14 +1,39 @@
-"""Why a connection failed, in words for people: no addresses in brackets, no error numbers."""
+"""What all connections need: waiting before they try again, and why they failed, in words."""
 
+import asyncio
 import os
 import re
 import ssl
 
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+#: A server that is silent for so long [s] is taken for gone, and connected to again.
+SILENT_S = 120.0
+#: An attempt to connect is given up after so long [s].
+CONNECT_S = 10.0
+
 #: What asyncio writes where no attempt to connect succeeded, in place of the system's words.
 _NOT_CONNECTED = "Connect call failed"
-_NUMBER = re.compile(r"\[Errno (\d+)\]")
+_ERROR_NUMBER = re.compile(r"\[Errno (\d+)\]")
+
+
+class Backoff:
+    """Waits 0.5 s, then twice as long each time up to 15 s; success sets it back."""
+
+    FIRST_S = 0.5
+    LONGEST_S = 15.0
+
+    def __init__(self) -> None:
+        self._next_s = self.FIRST_S
+
+    async def wait(self) -> None:
+        """Wait until the next attempt."""
+        delay, self._next_s = self._next_s, min(2 * self._next_s, self.LONGEST_S)
+        await asyncio.sleep(delay)
+
+    def succeeded(self) -> None:
+        """Something was received: begin with the shortest wait again."""
+        self._next_s = self.FIRST_S
 
 
 def describe_error(error: BaseException, silent: str = "no answer") -> str:
@@ -28,7 +53,7 @@ def describe_error(error: BaseException, silent: str = "no answer") -> str:
         return type(error).__name__
     if _NOT_CONNECTED in text:
         # Of a name with several addresses each has its own error; mostly the same.
-        numbers = dict.fromkeys(_NUMBER.findall(str(error)))
+        numbers = dict.fromkeys(_ERROR_NUMBER.findall(str(error)))
         text = ", ".join(os.strerror(int(number)) for number in numbers) or text
     text = " ".join(text.split())
     return text[:1].lower() + text[1:] if text[1:2].islower() else text

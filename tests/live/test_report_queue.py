@@ -4,8 +4,8 @@ import itertools
 
 from tests.live.reports import own, ship, targets
 
-from glasshelm.feeds import report_queue as waiting_module
-from glasshelm.feeds.report_queue import MAX_OTHERS, MAX_OWN, MIN_DRAINED, ReportQueue
+from glasshelm.live import report_queue
+from glasshelm.live.report_queue import MAX_OTHERS, MAX_OWN, MIN_DRAINED, ReportQueue
 from glasshelm.live.traffic_picture import TrafficPicture
 
 
@@ -40,7 +40,7 @@ def test_of_too_much_the_picture_is_of_now(monkeypatch):
     waiting.drain_into(picture)
     assert set(targets(picture)) == {"1", "2"}
     clock = itertools.count()
-    monkeypatch.setattr(waiting_module.time, "monotonic", lambda: next(clock) / 1e4)
+    monkeypatch.setattr(report_queue.time, "monotonic", lambda: next(clock) / 1e4)
     waiting._affordable = MIN_DRAINED
     given = [own(k / 100, k / 20) for k in range(100)]
     given += [ship(n, 1 + k / 1000, 2000.0 + 1000 * (n - 1)) for k in range(300) for n in (1, 2)]
@@ -58,7 +58,7 @@ def test_of_too_much_the_picture_is_of_now(monkeypatch):
 def test_a_look_that_takes_too_long_ends_and_the_next_takes_less(monkeypatch):
     waiting, picture = ReportQueue(), Noted()
     clock = itertools.count()
-    monkeypatch.setattr(waiting_module.time, "monotonic", lambda: next(clock) / 1e3)
+    monkeypatch.setattr(report_queue.time, "monotonic", lambda: next(clock) / 1e3)
     for k in range(5000):
         waiting.put(ship(k, 0, 10.0 * k))
     waiting.drain_into(picture)

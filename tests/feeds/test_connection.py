@@ -8,7 +8,7 @@ import pytest
 from tests.bridge.process import free_port
 from tests.feeds.live import pictured, until
 
-from glasshelm.feeds.connection_errors import describe_error
+from glasshelm.feeds.connection import describe_error
 from glasshelm.feeds.feed_factory import create_feed, signalk_server
 from glasshelm.live.signalk_writer import SignalKWriter
 

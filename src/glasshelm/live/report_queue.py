@@ -1,4 +1,4 @@
-"""Reports between two looks: put aside as they come, and taken so that the picture is of now."""
+"""Reports between two frames: queued as they come, and drained into the traffic picture."""
 
 import heapq
 import time
@@ -7,26 +7,26 @@ from collections import deque
 from glasshelm.ais.reports import Report
 from glasshelm.live.traffic_picture import TrafficPicture
 
-#: Reports that wait at most, own ship's and all others'; of more the oldest are left out.
+#: Reports that wait at most, own ship's and all others'; of more the oldest are dropped.
 MAX_OWN = 2_000
 MAX_OTHERS = 20_000
-#: A look takes reports for about so long [s]: no more of them than that allowed the last time, ...
-TAKE_S = 0.5
+#: Draining takes about so long [s]: no more reports than that allowed the last time, ...
+DRAIN_S = 0.5
 #: ... but so many in any case.
 MIN_DRAINED = 500
 
 
 class ReportQueue:
-    """Holds what was heard since the last look.
+    """Holds what was received since it was last drained.
 
-    One thread puts, another takes. ``n_dropped`` counts what came faster than it could be taken.
+    One thread puts, another drains. ``n_dropped`` counts what came faster than it was taken.
     """
 
     def __init__(self) -> None:
-        # Own ship's beside the others', so that no flood washes them away.
+        # Own ship's reports apart, so that no flood washes them away.
         self._own: deque[tuple[int, Report]] = deque(maxlen=MAX_OWN)
         self._others: deque[tuple[int, Report]] = deque(maxlen=MAX_OTHERS)
-        self._put = self._taken = 0
+        self._n_put = self._n_taken = 0
         self._affordable = MAX_OTHERS
         self.n_dropped = 0
 
@@ -34,17 +34,17 @@ class ReportQueue:
         return len(self._own) + len(self._others)
 
     def put(self, report: Report) -> None:
-        """Put a report aside."""
-        (self._own if report.is_own else self._others).append((self._put, report))
-        self._put += 1
+        """Queue a report."""
+        (self._own if report.is_own else self._others).append((self._n_put, report))
+        self._n_put += 1
 
     def drain_into(self, picture: TrafficPicture) -> None:
-        """Let a picture take what waits now, in the order in which it came.
+        """Let a picture take what is queued, in the order in which it came.
 
         Of more than can be afforded: all of own ship, and half of the latest, half of the nearest
         among the last reports of each ship before.
         """
-        begun = time.monotonic()
+        begin = time.monotonic()
         own = [self._own.popleft() for _ in range(len(self._own))]
         others = [self._others.popleft() for _ in range(len(self._others))]
         if len(others) > self._affordable:
@@ -53,17 +53,16 @@ class ReportQueue:
                 (report.id, report.latitude_deg is None): (number, report)
                 for number, report in others[: -len(late)]
             }
-            away = ((picture.distance_m(one[1]), one) for one in early.values())
-            near = heapq.nsmallest(self._affordable // 2, away, key=lambda x: x[0])
+            distances = ((picture.distance_m(one[1]), one) for one in early.values())
+            near = heapq.nsmallest(self._affordable // 2, distances, key=lambda x: x[0])
             others = [one for _, one in near] + late
-        taken = 0
-        taken = 0
+        n_taken = 0
         for _, report in sorted([*own, *others], key=lambda one: one[0]):
             picture.update(report)
-            taken += 1
-            if time.monotonic() > begun + 2 * TAKE_S:
+            n_taken += 1
+            if time.monotonic() > begin + 2 * DRAIN_S:
                 break
-        self._taken += taken
-        self.n_dropped = max(self._put - self._taken - len(self), self.n_dropped)
-        a_look = taken * TAKE_S / max(time.monotonic() - begun, 1e-6)
-        self._affordable = max(min(int(a_look), MAX_OTHERS), MIN_DRAINED)
+        self._n_taken += n_taken
+        self.n_dropped = max(self._n_put - self._n_taken - len(self), self.n_dropped)
+        affordable = n_taken * DRAIN_S / max(time.monotonic() - begin, 1e-6)
+        self._affordable = max(min(int(affordable), MAX_OTHERS), MIN_DRAINED)

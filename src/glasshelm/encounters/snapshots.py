@@ -1,58 +1,48 @@
-"""Ships of a whole globe in space: no plane, no date line, no pole; which are near each other."""
+"""Traffic of the whole globe at an instant, in space: no plane, no date line, no pole."""
 
 import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
+import pyproj
 from jaxtyping import Float64, Int64
 from scipy.spatial import KDTree
 
+from glasshelm.ais.limits import LOST_AFTER_S
 from glasshelm.ais.table import ReportTable
 from glasshelm.ship.nomoto import KNOT_M_S
 
-#: A ship not heard for so long is lost: two missed reports of a class A ship at anchor (3 min).
-LOST_AFTER_S = 360.0
-#: WGS84: half the equator's diameter [m], and the square of the eccentricity.
-_EQUATOR_M, _E2 = 6_378_137.0, 0.00669437999014
-
 Space = Float64[np.ndarray, "n 3"]
+
+_TO_ECEF = pyproj.Transformer.from_pipeline(
+    "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84"
+)
 
 
 def ecef(latitude_deg: np.ndarray, longitude_deg: np.ndarray) -> Space:
     """Positions on the ellipsoid in space [m], from the centre of the earth."""
-    latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
-    across = _EQUATOR_M / np.sqrt(1 - _E2 * np.sin(latitude) ** 2)
-    around = across * np.cos(latitude)
-    return np.stack(
-        [
-            around * np.cos(longitude),
-            around * np.sin(longitude),
-            across * (1 - _E2) * np.sin(latitude),
-        ],
-        axis=-1,
-    )
+    height = np.zeros(len(latitude_deg))
+    return np.stack(_TO_ECEF.transform(longitude_deg, latitude_deg, height), axis=-1)
 
 
 def ecef_velocities(reports: ReportTable) -> Space:
     """Velocities over ground in space [m/s], each along the surface where the ship is."""
     latitude, longitude = np.radians(reports.latitude_deg), np.radians(reports.longitude_deg)
-    zero = np.zeros(len(reports))
-    east = np.stack([-np.sin(longitude), np.cos(longitude), zero], -1)
-    north = np.stack(
-        [
-            -np.sin(latitude) * np.cos(longitude),
-            -np.sin(latitude) * np.sin(longitude),
-            np.cos(latitude),
-        ],
-        -1,
-    )
     speed, course = reports.sog_kn * KNOT_M_S, np.radians(reports.cog_deg)
-    return (speed * np.sin(course))[:, None] * east + (speed * np.cos(course))[:, None] * north
+    east, north = speed * np.sin(course), speed * np.cos(course)
+    return np.stack(
+        [
+            -np.sin(longitude) * east - np.sin(latitude) * np.cos(longitude) * north,
+            np.cos(longitude) * east - np.sin(latitude) * np.sin(longitude) * north,
+            np.cos(latitude) * north,
+        ],
+        axis=-1,
+    )
 
 
 @dataclasses.dataclass(frozen=True)
 class TrafficSnapshot:
-    """Who is where at one instant, each reckoned from the latest report."""
+    """Where all ships are at one instant, each dead-reckoned from its latest report."""
 
     time_s: float
     mmsi: Int64[np.ndarray, " n"]
@@ -74,20 +64,16 @@ class TrafficSnapshot:
 def snapshots(
     reports: ReportTable, every_s: float, lost_after_s: float = LOST_AFTER_S
 ) -> Iterator[TrafficSnapshot]:
-    """The traffic at every whole ``every_s`` since 1970 at which anybody is heard.
+    """The traffic at every whole ``every_s`` since 1970 at which there is any.
 
-    A ship is there until ``lost_after_s`` after her latest report. Times at which nobody is
-    there are leapt over: a recording with a hole of years takes no longer than one without.
+    A ship is there until ``lost_after_s`` after its latest report. Times without traffic
+    are skipped: a recording with a gap of years takes no longer than one without.
     """
     if not len(reports):
         return
-    order = np.argsort(reports.time_s, kind="stable")
-    reports = reports.take(order)
-    time_s, place, velocity = (
-        reports.time_s,
-        ecef(reports.latitude_deg, reports.longitude_deg),
-        ecef_velocities(reports),
-    )
+    reports = reports.take(np.argsort(reports.time_s, kind="stable"))
+    time_s, velocity = reports.time_s, ecef_velocities(reports)
+    position = ecef(reports.latitude_deg, reports.longitude_deg)
     now = float(np.ceil(time_s[0] / every_s) * every_s)
     while now - lost_after_s < time_s[-1]:
         first = int(np.searchsorted(time_s, now - lost_after_s, side="right"))
@@ -97,7 +83,7 @@ def snapshots(
             mmsi, latest = np.unique(backwards, return_index=True)
             row = end - 1 - latest
             age = (now - time_s[row])[:, None]
-            yield TrafficSnapshot(now, mmsi, place[row] + velocity[row] * age, velocity[row])
+            yield TrafficSnapshot(now, mmsi, position[row] + velocity[row] * age, velocity[row])
             now += every_s
         elif end < len(time_s):
             now = max(now + every_s, float(np.ceil(time_s[end] / every_s) * every_s))
@@ -108,9 +94,9 @@ def snapshots(
 def closest_approaches(
     ships: TrafficSnapshot, pairs: Int64[np.ndarray, "pairs 2"]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of pairs of ships on straight courses the range now [m], TCPA [s] and DCPA [m].
+    """Range now [m], TCPA [s] and DCPA [m] of pairs of ships on straight courses.
 
-    Each pair is looked at on the plane that touches the earth halfway between them.
+    Each pair is projected to the plane that touches the earth halfway between the two.
     """
     one, other = pairs[:, 0], pairs[:, 1]
     up = ships.position_m[one] + ships.position_m[other]

@@ -1,15 +1,16 @@
-"""Rows of a table that cannot be used: how many for which reason, with an example of each."""
+"""Rows of a table that cannot be read: how many for which reason, with an example of each."""
 
 import dataclasses
 
 import numpy as np
+import pyarrow as pa
 
-_CLIPPED = 24
+_MAX_SHOWN = 24
 
 
 @dataclasses.dataclass
 class RowErrors:
-    """How many rows there were, and which could not be read.
+    """How many rows a table has, and which could not be read.
 
     A reason may hold ``{}``, which stands for the text of its first row.
     """
@@ -24,8 +25,10 @@ class RowErrors:
         self.counts[reason] = self.counts.get(reason, 0) + count
         self._first.setdefault(reason, (row, text))
 
-    def add_all(self, reason: str, bad: np.ndarray, rows: np.ndarray, texts) -> None:
-        """The rows of a mask; ``rows`` are the numbers of all, ``texts`` an Arrow array or None."""
+    def add_mask(
+        self, reason: str, bad: np.ndarray, rows: np.ndarray, texts: pa.Array | None
+    ) -> None:
+        """The rows of a mask; ``rows`` are the numbers of all, ``texts`` what they hold."""
         if bad.any():
             first = int(np.argmax(bad))
             text = "" if texts is None else _shown(texts[first])
@@ -33,33 +36,32 @@ class RowErrors:
 
     def notes(self) -> tuple[str, ...]:
         """A line for each reason, the commonest first."""
-        found = []
+        notes = []
         for reason, count in sorted(self.counts.items(), key=lambda item: -item[1]):
-            rows = "row" if count == 1 else "rows"
-            first = "" if count == 1 else "the first: "
-            found.append(
-                f"{count} {rows} unreadable: {self._said(reason)} "
-                f"({first}row {self._first[reason][0]})"
+            rows, first = ("row", "") if count == 1 else ("rows", "the first: ")
+            row = self._first[reason][0]
+            notes.append(
+                f"{count} {rows} unreadable: {self._with_example(reason)} ({first}row {row})"
             )
-        return tuple(found)
+        return tuple(notes)
 
     def most_common(self) -> str:
         """Why none of the rows can be read: the reason that holds for most."""
         if not self.counts:
             return "no row is in it"
         reason = max(self.counts, key=lambda known: self.counts[known])
-        row = self._first[reason][0]
-        return f"{self.counts[reason]} of {self.rows} rows: {self._said(reason)} (row {row})"
+        row, count = self._first[reason][0], self.counts[reason]
+        return f"{count} of {self.rows} rows: {self._with_example(reason)} (row {row})"
 
-    def _said(self, reason: str) -> str:
+    def _with_example(self, reason: str) -> str:
         text = self._first[reason][1]
-        text = text if len(text) <= _CLIPPED else text[:_CLIPPED] + "…"
+        text = text if len(text) <= _MAX_SHOWN else text[:_MAX_SHOWN] + "…"
         return reason.replace("{}", repr(text))
 
 
-def _shown(value) -> str:
+def _shown(value: pa.Scalar) -> str:
     """A value of an Arrow array as text."""
     try:
         return str(value.as_py())
     except (ValueError, OverflowError):  # an instant that no datetime can be, or a finer one
-        return str(value.value)
+        return str(value.value)  # pyright: ignore
