@@ -29,7 +29,7 @@ help:
 	@echo "make bench   measured speeds of this machine"
 	@echo "make safety  every pilot through 10,000 random encounters (hours)"
 	@echo "make fuzz    a million mangled lines and messages to live sessions, 100,000 to the bridge (nightly)"
-	@echo "make lint    ruff and pyright"
+	@echo "make lint    ruff, layers and pyright"
 	@echo "make format  ruff, eslint and prettier, with their fixes applied"
 	@echo "make types   JSON schemas of frames and messages from the code, the page's types from them"
 	@echo "make docs    the documentation, served on this machine"
@@ -67,6 +67,7 @@ test-fast: install page
 lint: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/lint-imports --no-logo --cache-dir .cache/import-linter
 	$(BIN)/pyright
 
 format: install

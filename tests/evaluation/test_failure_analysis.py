@@ -34,7 +34,7 @@ class Hopeful(eqx.Module):
 
     name: str = "hopeful"
 
-    def knowing(self, known):
+    def policy_for(self, known):
         return _HARD
 
 

@@ -30,7 +30,7 @@ class Weaving:
 
     name = "weaving"
 
-    def knowing(self, known):
+    def policy_for(self, known):
         self.known = known
         count = known.steps.shape[0]
         self.rudders = 0.5 * jnp.sin(jnp.arange(240) / 15.0 + jnp.arange(count)[:, None])

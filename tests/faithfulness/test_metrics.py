@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kendalltau, spearmanr
 
-from glasshelm.explain.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.coalitions import coalitions, exact_from_worths
 from glasshelm.faithfulness.metrics import kendall_tau, score_attribution
 from glasshelm.faithfulness.sanity_checks import spearman
 

@@ -141,9 +141,9 @@ def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
 
         def go(carry, _):
             state, memory = carry
-            action, memory = pilot.steer_together(state.observation, memory)
+            decision, memory = jax.vmap(pilot.decide)(state.observation, memory)
             out = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship))(
-                batch, state, action
+                batch, state, decision.rudder
             )
             return (out.state, memory), jnp.where(batch.present, out.margin, -9.0).max(-1)
 
@@ -156,10 +156,10 @@ def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
 def test_one_world_is_steered_as_it_is_among_others():
     encounter = imazu_scenario("5", SHIP).encounter
     pilot = CoursePilot(SHIP, "planner", PLANNER)
-    observation = begin(encounter, SHIP).observation
-    rudder, memory = jax.jit(pilot.steer)(observation, pilot.start())
+    observation = reset(encounter, SHIP).observation
+    one, memory = jax.jit(pilot.decide)(observation, pilot.start())
     two = jax.tree.map(lambda x: jnp.stack([x, x]), (observation, pilot.start()))
-    rudders, memories = jax.jit(pilot.steer_together)(*two)
-    np.testing.assert_allclose(rudders, rudder)
+    both, memories = jax.jit(jax.vmap(pilot.decide))(*two)
+    np.testing.assert_allclose(both.rudder, one.rudder)
     np.testing.assert_allclose(memories.offset_rad, memory.offset_rad)
     assert int(memory.age) == 1

@@ -9,6 +9,7 @@ from tests.evaluation.cases import ABEAM, HEAD_ON, SPEED, cases, encounter
 
 from glasshelm.colregs.classification import EncounterType
 from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.protocols import Decision
 from glasshelm.simulation.rollout import rollout, rollout_tracks
 
 
@@ -22,11 +23,10 @@ class Weaves(eqx.Module):
     def start(self):
         return jnp.zeros(())
 
-    def steer(self, observation, memory):
+    def decide(self, observation, memory):
         rudder = jnp.sin(memory / 40.0) * 0.4 + 0.5 * observation.targets[:, 0, 0].sum()
-        return jnp.where(
-            observation.waypoint[0, 1] < 1.0, jnp.nan, jnp.clip(rudder, -1, 1)
-        ), memory + 1
+        near = observation.waypoint[0, 1] < 1.0
+        return Decision(jnp.where(near, jnp.nan, jnp.clip(rudder, -1, 1))), memory + 1
 
 
 class Sees(eqx.Module):
@@ -37,8 +37,8 @@ class Sees(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1)), memory
 
 
 CASES = [encounter(HEAD_ON), encounter(ABEAM), encounter(HEAD_ON, ABEAM), encounter()]
@@ -58,8 +58,8 @@ class _Amidships(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.zeros(()), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.zeros(())), memory
 
 
 @pytest.mark.slow

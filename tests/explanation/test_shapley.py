@@ -13,14 +13,14 @@ import pytest
 from tests.untrained import observation, untrained
 
 from glasshelm.core.errors import InputError
-from glasshelm.explain.coalitions import coalitions, exact_from_worths
-from glasshelm.explain.shapley import (
+from glasshelm.explanation.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.quantities import values_at
+from glasshelm.explanation.shapley import (
     exact_shapley,
     sampled_shapley,
     shapley_by_ship,
     value_function,
 )
-from glasshelm.explain.values import values_at
 
 ORACLE = Path(__file__).parent / "shapiq.json"
 LIMIT = 0.087

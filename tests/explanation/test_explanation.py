@@ -7,17 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.untrained import observation, untrained
 
+import glasshelm
 from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 from glasshelm.env.padding import bucket_size, pad_observation
-from glasshelm.explain.danger_zero import RANGE_M, far_ship, far_value
-from glasshelm.explain.shapley import (
+from glasshelm.explanation.danger_zero import RANGE_M, far_ship, far_value
+from glasshelm.explanation.shapley import (
     MAX_PADDED_EXACT,
     exact_shapley,
     shapley_by_ship,
     value_function,
 )
-from glasshelm.explain.step_explanation import cut, explain
-from glasshelm.pilots.learned import decide
+from glasshelm.explanation.step_explanation import explain
+from glasshelm.pilots.decide import Selection, _in_slots
 
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
 jitted = eqx.filter_jit(explain)
@@ -85,10 +86,11 @@ def test_order_of_ships_changes_nothing(kind):
 )
 def test_padding_changes_nothing(kind, ships, slots):
     seen = observation(ships)
-    wide = at(kind, jax.tree.map(jnp.asarray, pad_observation(seen, slots)))
+    padded = pad_observation(seen, slots)
+    wide = at(kind, jax.tree.map(jnp.asarray, padded))
     assert not wide.present[ships:].any()
     assert not wide.value.by_ship[ships:].any()
-    bare, trimmed = at(kind, seen), cut(wide, ships)
+    bare, trimmed = at(kind, seen), _in_slots(wide, Selection(padded, np.arange(slots)), ships)
     assert jax.tree.structure(bare) == jax.tree.structure(trimmed)
     for a, b in zip(jax.tree.leaves(bare), jax.tree.leaves(trimmed), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
@@ -138,8 +140,8 @@ def test_sweep_agrees_with_the_critic_rudder_by_rudder():
 @pytest.mark.slow
 def test_compiled_equals_eager():
     seen = observation(4)
-    eager = decide(untrained("attention"), seen)
-    compiled = untrained("attention").decide(seen)
+    eager, _ = untrained("attention").decide(seen, ())
+    compiled = glasshelm.explain(untrained("attention"), seen)
     for a, b in zip(jax.tree.leaves(eager), jax.tree.leaves(compiled), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
 
