@@ -39,7 +39,7 @@ def sailed(
     """What an examination measures of a search's voyages."""
     cases = plain_cases(known.encounter, ship, known.steps)
     seer = Clairvoyant(ship, "clairvoyant", starting_pilots(ship), settings, seed)
-    return jax.device_get(rollout(seer.knowing(known), cases, STEPS))
+    return jax.device_get(rollout(seer.policy_for(known), cases, STEPS))
 
 
 def row(name: str, found: Measures, which: np.ndarray, ship: ShipParams, took_s: float) -> str:

@@ -28,12 +28,12 @@ from rich.progress import Progress
 
 from glasshelm.core.geometry import Vector, to_body
 from glasshelm.env.observe import Observation
-from glasshelm.evaluation.contenders import ship_of
 from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.evaluation.tables import markdown_table
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
-from glasshelm.pilots.protocols import BatchPolicy, Memory, OraclePilot, Pilot
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS, OraclePilot
+from glasshelm.pilots.pilot_resolution import ship_of
+from glasshelm.pilots.protocols import BatchPolicy, Memory, Pilot
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import SHIPS

@@ -25,7 +25,7 @@ from glasshelm.evaluation.suites.imazu_suite import imazu_suites
 from glasshelm.evaluation.suites.random_suite import SEED, numbered_encounters
 from glasshelm.evaluation.tables import percent
 from glasshelm.evaluation.types import Suite
-from glasshelm.pilots.registry import names
+from glasshelm.pilots.registry import pilot_names
 from glasshelm.simulation.rollout import plain_cases
 
 STEPS = 480  # 2400 s, whatever the conflicts
@@ -76,7 +76,7 @@ def main() -> None:
     parser.add_argument("--random-only", action="store_true", help="leave out the Imazu cases")
     given = parser.parse_args()
     rows, by_ships, imazu = [], [], []
-    for contender in parse_contenders(given.pilots or names()):
+    for contender in parse_contenders(given.pilots or pilot_names()):
         name, ship = contender.name, contender.ship
         label = f"{name} ({contender.ship_name})" if name == "straight" else name
         if contender.weights[0]:

@@ -5,6 +5,7 @@ import dataclasses
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, encounter, suite
 
 from glasshelm.evaluation.contenders import Contender, parse_contenders, pilot_digest
@@ -18,6 +19,8 @@ from glasshelm.planning.cross_entropy_search import SearchSettings, rollout_rudd
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.rollout import policy_for, rollout
 
+pytestmark = pytest.mark.slow
+
 SEER = Clairvoyant(SHIP, "seer", (StraightPilot(),), SearchSettings(8, 16, 4, 6))
 ENTRANT = Contender("seer", "paper", SHIP, (SEER,))
 
@@ -27,7 +30,7 @@ class Weaving:
 
     name = "weaving"
 
-    def knowing(self, known):
+    def policy_for(self, known):
         self.known = known
         count = known.steps.shape[0]
         self.rudders = 0.5 * jnp.sin(jnp.arange(240) / 15.0 + jnp.arange(count)[:, None])

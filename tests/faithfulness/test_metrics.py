@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kendalltau, spearmanr
 
-from glasshelm.explain.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.coalitions import coalitions, exact_from_worths
 from glasshelm.faithfulness.metrics import kendall_tau, score_attribution
 from glasshelm.faithfulness.sanity_checks import spearman
 
@@ -40,6 +40,7 @@ def test_the_wrong_side_and_the_wrong_order_are_told():
     assert float(found.insertion) < 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_over_all_orders_a_random_one_scores_0_and_the_best_1(seed):
     worth = rough(seed)

@@ -9,6 +9,7 @@ from tests.evaluation.cases import ABEAM, HEAD_ON, SPEED, cases, encounter
 
 from glasshelm.colregs.classification import EncounterType
 from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.protocols import Decision
 from glasshelm.simulation.rollout import rollout, rollout_tracks
 
 
@@ -22,11 +23,10 @@ class Weaves(eqx.Module):
     def start(self):
         return jnp.zeros(())
 
-    def steer(self, observation, memory):
+    def decide(self, observation, memory):
         rudder = jnp.sin(memory / 40.0) * 0.4 + 0.5 * observation.targets[:, 0, 0].sum()
-        return jnp.where(
-            observation.waypoint[0, 1] < 1.0, jnp.nan, jnp.clip(rudder, -1, 1)
-        ), memory + 1
+        near = observation.waypoint[0, 1] < 1.0
+        return Decision(jnp.where(near, jnp.nan, jnp.clip(rudder, -1, 1))), memory + 1
 
 
 class Sees(eqx.Module):
@@ -37,8 +37,8 @@ class Sees(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1)), memory
 
 
 CASES = [encounter(HEAD_ON), encounter(ABEAM), encounter(HEAD_ON, ABEAM), encounter()]
@@ -58,10 +58,11 @@ class _Amidships(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.zeros(()), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.zeros(())), memory
 
 
+@pytest.mark.slow
 def test_collision_and_distance_of_a_ship_that_does_nothing(straight):
     assert straight.range_m[:, 1] == pytest.approx([0, 2000, 0, np.inf], abs=30)
     assert straight.hull_gap_m[0] < -50  # end on: as deep as the beam, less what a step skips
@@ -94,6 +95,7 @@ def test_meetings_are_counted_by_ship(straight):
     assert kinds[3].tolist() == [EncounterType.NONE, EncounterType.NONE]
 
 
+@pytest.mark.slow
 def test_a_case_ends_at_its_own_step():
     """A batch goes on for its longest case; the others' measures stand still."""
     alone = cases(*CASES, steps=100)
@@ -103,6 +105,7 @@ def test_a_case_ends_at_its_own_step():
     assert found.time_s.tolist() == [500.0] * 4
 
 
+@pytest.mark.slow
 def test_a_rudder_that_is_no_number_is_told():
     batch = cases(*CASES, steps=20)
     near = eqx.tree_at(lambda c: c.encounter.route.y, batch, np.full((4, 1), 15_000.0, np.float32))
@@ -110,6 +113,7 @@ def test_a_rudder_that_is_no_number_is_told():
     assert not jax.device_get(rollout(BatchedPilot(Weaves()), near, 20)).finite.any()
 
 
+@pytest.mark.slow
 def test_a_voyage_ends_at_its_last_waypoint():
     batch = cases(encounter(), steps=STEPS)
     near = eqx.tree_at(lambda c: c.encounter.route.y, batch, np.full((1, 1), 3000.0, np.float32))

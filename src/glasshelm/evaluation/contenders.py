@@ -13,9 +13,10 @@ import numpy as np
 
 import glasshelm
 from glasshelm.core.errors import InputError
-from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS, OraclePilot
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.pilots.pilot_resolution import ship_of
+from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 
@@ -84,18 +85,6 @@ def _ships(
     if len(own) > 1:
         raise InputError(f"pilot {name!r}: its seeds were trained on {' and '.join(sorted(own))}")
     return sorted(own) or ships
-
-
-def ship_of(pilot: Pilot | OraclePilot) -> str | None:
-    """The name of the preset ship that a pilot was made for; None if for any."""
-    ship = pilot.trained.ship if isinstance(pilot, LearnedPilot) else getattr(pilot, "ship", None)
-    if not isinstance(ship, ShipParams):
-        return None
-    values = tuple(map(float, dataclasses.astuple(ship)))
-    for name, preset in SHIPS.items():
-        if np.allclose(values, tuple(map(float, dataclasses.astuple(preset))), rtol=1e-6):
-            return name
-    raise InputError(f"pilot {pilot.name!r} is for a ship that is none of {', '.join(SHIPS)}")
 
 
 def pilot_digest(pilot: Pilot | OraclePilot) -> str:

@@ -24,7 +24,7 @@ from glasshelm.evaluation.result_cache import (
 from glasshelm.evaluation.suites.suite_registry import build_suites
 from glasshelm.evaluation.timing import DecisionTime, measure_decision_time
 from glasshelm.evaluation.types import Suite
-from glasshelm.pilots.protocols import OraclePilot
+from glasshelm.pilots.clairvoyant import OraclePilot
 
 #: Called with what is being simulated, voyages done and all voyages.
 Progress = Callable[[str, int, int], None]

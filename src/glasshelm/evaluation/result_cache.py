@@ -15,7 +15,8 @@ import numpy as np
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.evaluation.contenders import Contender, code_digest, pilot_digest
 from glasshelm.evaluation.types import Suite
-from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.pilots.clairvoyant import OraclePilot
+from glasshelm.pilots.protocols import Pilot
 from glasshelm.simulation.rollout import Case, policy_for, rollout
 
 #: Cases simulated at once.

@@ -7,11 +7,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.env.observe import Observation
 from glasshelm.env.step import reset
 from glasshelm.evaluation.suites.random_suite import numbered_encounters
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams
 
 CALLS = 300
@@ -34,7 +36,12 @@ def measure_decision_time(
     """Measured over ``CALLS`` decisions in a row, after the first (which is compiled)."""
     encounter = jax.tree.map(lambda x: jnp.asarray(x[0]), numbered_encounters(ship, 1, _SIX))
     observation = reset(encounter, ship).observation
-    steer = eqx.filter_jit(lambda pilot, observation, memory: pilot.steer(observation, memory))
+
+    @eqx.filter_jit
+    def steer(pilot: Pilot, observation: Observation, memory: Memory) -> tuple[Array, Memory]:
+        decision, memory = pilot.decide(observation, memory)
+        return decision.rudder, memory
+
     _, memory = jax.block_until_ready(steer(pilot, observation, pilot.start()))
     took = np.empty(CALLS)
     for i in range(CALLS):

@@ -14,8 +14,8 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState
-from glasshelm.explain.coalitions import coalitions
-from glasshelm.explain.shapley import value_function
+from glasshelm.explanation.coalitions import coalitions
+from glasshelm.explanation.shapley import value_function
 from glasshelm.faithfulness.counterfactual import heading_effects
 from glasshelm.faithfulness.explainers import Explainer, explainers_for
 from glasshelm.faithfulness.metrics import score_attribution

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.explain.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.coalitions import coalitions, exact_from_worths
 
 
 class Scores(eqx.Module):

@@ -15,7 +15,7 @@ from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState, reset, step
-from glasshelm.explain.shapley import exact_shapley, value_function
+from glasshelm.explanation.shapley import exact_shapley, value_function
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.ship.nomoto import ShipParams

@@ -13,7 +13,7 @@ from glasshelm.pilots.learned import LearnedPilot
 
 #: The code that decides the scores, not that which only shows them.
 _SCORE_CODE = (
-    "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explain", "networks", "ship",
+    "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explanation", "networks", "ship",
     *(f"faithfulness/{name}.py" for name in
       ("counterfactual", "exam_runner", "explainers", "metrics", "sanity_checks", "scenes")),
 )  # fmt: skip

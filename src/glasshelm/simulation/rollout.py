@@ -27,7 +27,8 @@ from glasshelm.env.step import (
 )
 from glasshelm.env.target_selection import select_targets
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.pilots.protocols import BatchPolicy, OraclePilot, Pilot
+from glasshelm.pilots.clairvoyant import OraclePilot
+from glasshelm.pilots.protocols import BatchPolicy, Pilot
 from glasshelm.planning.cross_entropy_search import KnownEncounter
 from glasshelm.ship.course_reversals import Reversals
 from glasshelm.ship.hull_overlap import hull, hull_gap_m
@@ -133,7 +134,7 @@ def policy_for(pilot: Pilot | OraclePilot, cases: Case) -> BatchPolicy:
         return BatchedPilot(pilot)
     still = Vector(jnp.zeros(cases.steps.shape), jnp.zeros(cases.steps.shape))
     current = still if cases.disturbance is None else cases.disturbance.current_m_s
-    return pilot.knowing(
+    return pilot.policy_for(
         KnownEncounter(cases.encounter, cases.ship, jnp.asarray(cases.steps), current)
     )
 
