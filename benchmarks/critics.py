@@ -109,7 +109,9 @@ def _compare(
     first: Float[np.ndarray, " s"],
     second: Float[np.ndarray, " s"],
 ) -> tuple[float, ...]:
-    """The figures of one head, in the order of :class:`CriticCeiling`."""
+    """The figures of one head, in the order of :class:`CriticCeiling`; NaN without targets."""
+    if not value.size:
+        return (np.nan,) * 5
     covariance = np.cov([value, first, second], bias=True)
     spread = np.sqrt((covariance[1, 1] + covariance[2, 2]) / 2)
     shared = (covariance[0, 1] + covariance[0, 2]) / 2
