@@ -25,7 +25,7 @@ def pilot():
 
 @pytest.fixture(scope="module")
 def examined(pilot):
-    return run_exam(pilot, encounters=32, most=12, counts=(3,))
+    return run_exam(pilot, encounters=32, max_scenes=12, counts=(3,))
 
 
 def mean(examined, explainer, measure):

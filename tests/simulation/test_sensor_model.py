@@ -19,7 +19,7 @@ from glasshelm.simulation.sensor_model import Disturbance, first_perception, nex
 
 STEPS = 60
 TWO = encounter((3000.0, 6000.0, 250.0, 6.0), (-2000.0, 4000.0, 100.0, 5.0), slots=2)
-_EACH = ("position_m", "range_m", "bearing_rad", "course_rad", "speed_m_s", "every_s")
+_EACH = ("position_m", "range_m", "bearing_rad", "course_rad", "speed_m_s", "report_interval_s")
 
 
 def perfect(**other) -> Disturbance:
@@ -67,13 +67,15 @@ def test_perfect_instruments_show_the_world_as_it_is():
 
 
 def test_dead_reckoning_is_exact_for_a_ship_that_keeps_on():
-    true, shown = sail(perfect(every_s=100.0))
+    true, shown = sail(perfect(report_interval_s=100.0))
     np.testing.assert_allclose(positions(shown), positions(true), atol=0.1)
 
 
 def test_a_stale_report_misses_an_alteration_until_the_next_one():
     bent: Track = turned_track(TWO.targets, jnp.full(2, 120.0), jnp.full(2, 0.8))
-    true, shown = sail(perfect(every_s=200.0), eqx.tree_at(lambda e: e.targets, TWO, bent))
+    true, shown = sail(
+        perfect(report_interval_s=200.0), eqx.tree_at(lambda e: e.targets, TWO, bent)
+    )
     off = np.linalg.norm(positions(shown) - positions(true), axis=-1)
     before, blind, after = off[:23], off[38], off[40:]  # step 24 is 120 s, step 40 is 200 s
     assert before.max() < 0.1

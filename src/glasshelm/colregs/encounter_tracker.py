@@ -30,6 +30,7 @@ class EncounterTracker:
 
     def __init__(self) -> None:
         self.types: dict[str, EncounterType] = {}
+        self._ids: list[str] = []  # the targets in the slots of the facts
         self._facts = MeetingFacts.initial(0)
         self._heading_rad: float | None = None
 
@@ -45,14 +46,14 @@ class EncounterTracker:
             _motion(frame.targets, slots),
             jnp.float32(frame.time_s),
         )
-        self._heading_rad = heading_rad
+        self._ids, self._heading_rad = ids, heading_rad
         types = np.asarray(self._facts.kind)[: len(ids)].tolist()
         self.types = dict(zip(ids, map(EncounterType, types), strict=True))
         return self.types
 
     def _in_slots_of(self, ids: Sequence[str], slots: int) -> MeetingFacts:
         """The facts so far, in the slots of these targets; new targets have none."""
-        slot_of = {id: slot for slot, id in enumerate(self.types)}
+        slot_of = {id: slot for slot, id in enumerate(self._ids)}
         new = [slot for slot, id in enumerate(ids) if id in slot_of]
         old = [slot_of[ids[slot]] for slot in new]
 

@@ -33,7 +33,7 @@ class Disturbance(eqx.Module):
     position on each axis (``position_m``), of a radar plot in range and
     bearing, of course and speed, and of own ship's position and heading.
     ``radar`` says which targets are plotted by radar, the others report by AIS;
-    ``every_s`` is the interval of reports, the first at t = 0. ``seed`` draws the errors.
+    ``report_interval_s`` is the interval of reports, the first at t = 0. ``seed`` draws the errors.
     """
 
     seed: Int[Array, "*b"] | Int[np.ndarray, "*b"]
@@ -54,7 +54,7 @@ class PerceivedTraffic(eqx.Module):
     """The instruments at one instant.
 
     ``own_noise`` and ``noise`` are the errors in units of their spread;
-    ``report`` is the last one of each target, ``heard_s`` its time, ``observation`` what
+    ``report`` is the last one of each target, ``reported_s`` its time, ``observation`` what
     the pilot is shown.
     """
 
@@ -133,14 +133,14 @@ def _look(
     fresh = _report(by, picture.noise, own, shown, motion)
     report = jax.tree.map(lambda new, old: jnp.where(due, new, old), fresh, picture.report)
     report = eqx.tree_at(lambda m: m.present, report, motion.present)
-    heard_s = jnp.where(due, time_s, picture.reported_s)
-    reckoned = _reckoned(by, report, time_s - heard_s)
+    reported_s = jnp.where(due, time_s, picture.reported_s)
+    reckoned = _reckoned(by, report, time_s - reported_s)
     sight = observe(shown, waypoint_of(encounter, leg), reckoned, report.present)
     return PerceivedTraffic(
         picture.own_noise,
         picture.noise,
         report,
-        heard_s,
+        reported_s,
         push_frame(picture.observation, sight, first),
     )
 

@@ -115,7 +115,7 @@ def _stale(cases: Case, rng: np.random.Generator) -> Case:
         np.float32
     )
     every = np.where(by.radar, np.float32(0), every)
-    return dataclasses.replace(cases, disturbance=dataclasses.replace(by, every_s=every))
+    return dataclasses.replace(cases, disturbance=dataclasses.replace(by, report_interval_s=every))
 
 
 def _altering(cases: Case, rng: np.random.Generator) -> Case:
