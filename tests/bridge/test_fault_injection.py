@@ -43,11 +43,11 @@ class Writer(SignalKWriter):
         self.stands = None
         self.last_error = None
 
-    def tell(self, frame, alarms):
+    def publish(self, frame, alarms):
         rudder = None if frame.decision is None else frame.decision.rudder_rad
         self.stands = rudder, [alarm.target for alarm in alarms]
 
-    def fall_silent(self):
+    def withdraw(self):
         self.stands = None
 
 

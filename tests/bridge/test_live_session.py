@@ -150,10 +150,10 @@ class Writer(SignalKWriter):
     def __init__(self):
         self.asked: list[int | None] = []
 
-    def tell(self, frame, alarms):
+    def publish(self, frame, alarms):
         self.asked.append(len(frame.targets))
 
-    def fall_silent(self):
+    def withdraw(self):
         self.asked.append(None)
 
 
