@@ -283,7 +283,7 @@ PARTS = {
     "the alarms": (AlarmList, "see"),
     "the bands": (Bands, "want"),
     "the session's message": (Stage, "session_now"),
-    "writing back": (Writer, "tell"),
+    "writing back": (Writer, "publish"),
     "the log": (live_record.FrameLog, "add"),
 }
 NO_FRAME = {"the look", "the picture"}
