@@ -45,6 +45,7 @@ def test_weights_come_back_as_they_went(tmp_path, kind, critic):
     assert pilot.trained.ship == SHIP
 
 
+@pytest.mark.slow
 def test_decision_is_the_actors_and_within_the_rudder_limit(weights):
     pilot = glasshelm.load(str(weights))
     steer = eqx.filter_jit(lambda seen: pilot.steer(seen, pilot.start())[0])
@@ -157,6 +158,7 @@ def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
     assert pilot.trained.world == env
 
 
+@pytest.mark.slow
 def test_importing_the_package_imports_no_jax():
     code = "import glasshelm, sys; assert 'jax' not in sys.modules; glasshelm.load"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
@@ -164,6 +166,7 @@ def test_importing_the_package_imports_no_jax():
         glasshelm.lode  # noqa: B018
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", registry.bundled())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
