@@ -278,7 +278,7 @@ PARTS = {
     "the picture": (Clock, "scenario"),
     "the pilot": (LiveAdvisor, "look"),
     "the predicted track": (LiveAdvisor, "predicted"),
-    "the rules": (EncounterTracker, "see"),
+    "the rules": (EncounterTracker, "update"),
     "the sentence": (frame_annotator.FrameAnnotator, "_sentence"),
     "the alarms": (AlarmList, "update"),
     "the bands": (BandWorker, "request"),

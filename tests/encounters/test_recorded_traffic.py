@@ -128,7 +128,7 @@ def test_candidates_prefer_ships_that_meet_others(tmp_path):
     best = own_ship_candidates(cleaned.reports, cleaned.ships)
     # OTHER has LATE 0.8 NM to the east of her and OWN 2.0 NM to the west; OWN has nobody nearer.
     assert [c.mmsi for c in best[:2]] == [OTHER, LATE]
-    assert [c.meetings for c in best] == [1, 1, 0]
+    assert [c.n_meetings for c in best] == [1, 1, 0]
 
 
 def test_a_ship_that_goes_nowhere_cannot_be_own_ship(tmp_path):

@@ -193,5 +193,5 @@ def test_a_hole_of_years_takes_no_time():
 def test_candidates_of_a_continent_meet_across_the_date_line():
     ships = [(1, 60.0, 179.99, 10, 0), (2, 60.0, -179.99, 10, 0), (3, -60.0, -179.99, 10, 0),
              (4, 60.0, 0.0, 10, 0)]  # fmt: skip
-    found = {c.mmsi: c.meetings for c in own_ship_candidates(table(ships), {})}
+    found = {c.mmsi: c.n_meetings for c in own_ship_candidates(table(ships), {})}
     assert found == {1: 1, 2: 1, 3: 0, 4: 0}
