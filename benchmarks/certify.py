@@ -20,18 +20,32 @@ os.environ["JAX_PLATFORMS"] = "cpu"
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
-from glasshelm.certify.adversarial import attacked_rudders, random_rudders
-from glasshelm.certify.measurements import RawPlots, SensorErrors, no_scene, recall
-from glasshelm.certify.rudder_band import DEAD_ZONE_RAD, action_bounds, certifiable, certified_band
+from glasshelm.certify.measurements import (
+    N_OWN_ERRORS,
+    N_TARGET_ERRORS,
+    RawPlots,
+    SensorErrors,
+    observe_plots,
+    with_errors,
+)
+from glasshelm.certify.rudder_band import (
+    DEAD_ZONE_RAD,
+    action_bounds,
+    certified_band,
+    require_sum_actor,
+)
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
+from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import validation_encounters
-from glasshelm.encounters.types import Encounter
+from glasshelm.encounters.types import Encounter, Motion
+from glasshelm.env.observe import FRAMES, in_front
 from glasshelm.env.step import EnvSettings, reset, step, targets_at, waypoint_of
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.registry import load
-from glasshelm.ship.nomoto import KNOT_M_S, ShipParams
+from glasshelm.ship.nomoto import KNOT_M_S, ShipParams, ShipState
 
 #: Largest errors: positions [m], heading and courses [deg], speeds [kn].
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))
@@ -44,18 +58,109 @@ HEAD = (
 )
 
 
+def plots_of(
+    own: ShipState, waypoint: Vector, motion: Motion
+) -> tuple[Float[Array, "6"], Float[Array, "n 6"]]:
+    """The plots of one frame: the waypoint's and every target's."""
+
+    def plot(east: Array, north: Array, course: Array, speed: Array) -> Array:
+        return jnp.stack(
+            [east - own.east_m, north - own.north_m, own.heading_rad, own.speed_m_s, course, speed]
+        )
+
+    still = jnp.zeros_like(own.heading_rad)
+    to_waypoint = plot(waypoint.x, waypoint.y, still, still)
+    return to_waypoint, jax.vmap(plot)(
+        motion.east_m, motion.north_m, motion.course_rad, motion.speed_m_s
+    )
+
+
+def empty_plots(slots: int) -> RawPlots:
+    """The history before the first frame."""
+    return RawPlots(jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool))
+
+
+def push_plots(
+    history: RawPlots,
+    own: ShipState,
+    waypoint: Vector,
+    motion: Motion,
+    present: Bool[Array, " n"],
+    first: Bool[Array, ""] | bool,
+) -> RawPlots:
+    """The history with a new frame in front: :func:`glasshelm.env.observe.remember` of plots."""
+    ahead, targets = plots_of(own, waypoint, motion)
+    new = jnp.logical_not(history.present) | first
+    return RawPlots(
+        in_front(ahead, history.waypoint, jnp.asarray(first)),
+        in_front(targets, history.targets, new),
+        present,
+    )
+
+
+def rudder_at(
+    actor: Actor, scene: RawPlots, errors: SensorErrors, fractions: Float[Array, " k"]
+) -> Float[Array, ""]:
+    """The rudder with these errors, as a fraction of the limit."""
+    own, target = fractions[:N_OWN_ERRORS], fractions[N_OWN_ERRORS:].reshape(-1, N_TARGET_ERRORS)
+    return actor(observe_plots(with_errors(scene, own * errors.own(), target * errors.target())))
+
+
+def random_rudders(
+    actor: Actor, scene: RawPlots, errors: SensorErrors, key: PRNGKeyArray, samples: int
+) -> Float[Array, " s"]:
+    """Rudders at errors drawn evenly from the box; every other one from its corners."""
+    size = N_OWN_ERRORS + N_TARGET_ERRORS * scene.present.shape[0]
+    inside = jax.random.uniform(key, (samples, size), minval=-1.0, maxval=1.0)
+    corners = jnp.where(inside < 0, -1.0, 1.0)
+    drawn = jnp.where((jnp.arange(samples) % 2 == 0)[:, None], inside, corners)
+    return jax.vmap(partial(rudder_at, actor, scene, errors))(drawn)
+
+
+def attacked_rudders(
+    actor: Actor,
+    scene: RawPlots,
+    errors: SensorErrors,
+    key: PRNGKeyArray,
+    starts: int = 8,
+    steps: int = 20,
+) -> Float[Array, " s"]:
+    """Every rudder on the way of projected gradient ascent and descent (Madry et al. 2018).
+
+    From random starts; steps along the sign of the gradient, from 0.5 of the
+    largest errors down to 0.02.
+    """
+    size = N_OWN_ERRORS + N_TARGET_ERRORS * scene.present.shape[0]
+    begin = jax.random.uniform(key, (starts, size), minval=-1.0, maxval=1.0)
+    begin = begin.at[0].set(0.0)
+    sizes = jnp.geomspace(0.5, 0.02, steps)
+    ask = jax.value_and_grad(lambda x: rudder_at(actor, scene, errors, x))
+
+    def way(start: Array, side: Array) -> Array:
+        def go(x: Array, length: Array) -> tuple[Array, Array]:
+            rudder, slope = ask(x)
+            slope = jnp.nan_to_num(slope)
+            return jnp.clip(x + side * length * jnp.sign(slope), -1.0, 1.0), rudder
+
+        last, rudders = jax.lax.scan(go, start, sizes)
+        return jnp.append(rudders, rudder_at(actor, scene, errors, last))
+
+    ways = jax.vmap(jax.vmap(way, (0, None)), (None, 0))(begin, jnp.array([1.0, -1.0]))
+    return ways.reshape(-1)
+
+
 @jax.jit
 def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> RawPlots:
     """Scenes [instant, voyage] every 100 s."""
 
     def first(encounter):
         state = reset(encounter, ship)
-        return state, look(encounter, state, no_scene(encounter.present.shape[-1]), True)
+        return state, look(encounter, state, empty_plots(encounter.present.shape[-1]), True)
 
     def look(encounter, state, scene, new):
         motion = targets_at(encounter, state.step * EnvSettings().step_s)
         waypoint = waypoint_of(encounter, state.leg)
-        return recall(scene, state.own, waypoint, motion, motion.present, new)
+        return push_plots(scene, state.own, waypoint, motion, motion.present, new)
 
     def one(encounter, state, scene, action):
         state = step(encounter, state, action * ship.rudder_limit_rad, ship).state
@@ -83,7 +188,9 @@ def scenes_of(pilot: LearnedPilot, count: int) -> RawPlots:
 
 def errors_of(position_m: float, angle_deg: float, speed_kn: float) -> SensorErrors:
     """The same largest errors for own ship and targets."""
-    return SensorErrorBounds(position_m, np.radians(angle_deg), speed_kn * KNOT_M_S).of_sensors()
+    return SensorErrorBounds(
+        position_m, np.radians(angle_deg), speed_kn * KNOT_M_S
+    ).as_sensor_errors()
 
 
 @partial(jax.jit, static_argnums=4)
@@ -104,7 +211,7 @@ def found_in(actor, scenes, errors, keys, samples):
 
 def measure(pilot: LearnedPilot, cells: int, scenes: RawPlots, level, samples: int) -> str:
     """One row of the table."""
-    actor, errors, count = certifiable(pilot), errors_of(*level), scenes.present.shape[0]
+    actor, errors, count = require_sum_actor(pilot), errors_of(*level), scenes.present.shape[0]
     before = time.process_time()
     low, high = action_bounds(actor, scenes, errors, cells)
     took_ms = 1e3 * (time.process_time() - before) / count
@@ -164,6 +271,6 @@ if __name__ == "__main__":
     for name in args.pilots:
         steersman = load(name)
         drawn = scenes_of(steersman, args.scenes)
-        action_bounds(certifiable(steersman), drawn, errors_of(*LEVELS[0]))  # compiles
+        action_bounds(require_sum_actor(steersman), drawn, errors_of(*LEVELS[0]))  # compiles
         for level in LEVELS:
             print(measure(steersman, args.cells, drawn, level, args.samples), flush=True)

@@ -14,12 +14,12 @@ import time
 import jax
 import numpy as np
 
-from glasshelm.encounters.random_encounters import PAPER, random_encounter
-from glasshelm.evaluation.rollout import Measures, sail
-from glasshelm.evaluation.suites.random_suite import plain_cases
+from glasshelm.encounters.random_encounters import PAPER
+from glasshelm.evaluation.suites.random_suite import numbered_encounters
 from glasshelm.pilots.clairvoyant import Clairvoyant, starting_pilots
 from glasshelm.planning.cross_entropy_search import KnownEncounter, SearchSettings
 from glasshelm.ship.nomoto import SHIPS, ShipParams
+from glasshelm.simulation.rollout import Measures, plain_cases, rollout
 
 SEED, STEPS = 6_500_000, 480
 BASE = SearchSettings()
@@ -37,9 +37,9 @@ def sailed(
     known: KnownEncounter, ship: ShipParams, settings: SearchSettings, seed: int
 ) -> Measures:
     """What an examination measures of a search's voyages."""
-    cases = dataclasses.replace(plain_cases(known.encounter, ship), steps=known.steps)
+    cases = plain_cases(known.encounter, ship, known.steps)
     seer = Clairvoyant(ship, "clairvoyant", starting_pilots(ship), settings, seed)
-    return jax.device_get(sail(seer.knowing(known), cases, STEPS))
+    return jax.device_get(rollout(seer.policy_for(known), cases, STEPS))
 
 
 def row(name: str, found: Measures, which: np.ndarray, ship: ShipParams, took_s: float) -> str:
@@ -62,8 +62,7 @@ def main() -> None:
     parser.add_argument("--encounters", type=int, default=192)
     given = parser.parse_args()
     ship, which = SHIPS[given.ship], np.arange(given.encounters)
-    keys = jax.vmap(lambda i: jax.random.fold_in(jax.random.key(SEED), i))(which)
-    encounters = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))(keys)
+    encounters = numbered_encounters(ship, given.encounters, PAPER, SEED)
     known = KnownEncounter.still(encounters, ship, STEPS)
     print("| search | intrusions | collisions | return (1200 s) | intruded (depth) | time [s] |")
     print("|---|---|---|---|---|---|")

@@ -29,12 +29,12 @@ from glasshelm.encounters.random_encounters import PAPER, VALIDATION_SEED, rando
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.rewards import Reward
 from glasshelm.env.step import EnvState
-from glasshelm.explain.danger_zero import far_value
+from glasshelm.explanation.danger_zero import far_value
 from glasshelm.networks.actors import Policy
 from glasshelm.networks.checkpoint import read_header
 from glasshelm.networks.ship_batch import Padded
 from glasshelm.pilots.learned import read_pilot
-from glasshelm.pilots.registry import SUFFIX, WEIGHTS, bundled
+from glasshelm.pilots.registry import SUFFIX, WEIGHTS, bundled_pilots
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.config import config_from_dict
 from glasshelm.training.exploration import Noise, NoiseSettings, explore, no_noise
@@ -189,7 +189,7 @@ def main() -> None:
     arguments = parser.parse_args()
     print("| pilot | head | r | ceiling of r | slope | bias | spread of returns | far target |")
     print("|---|---|---|---|---|---|---|---|")
-    for name in arguments.pilots or bundled():
+    for name in arguments.pilots or bundled_pilots():
         path = Path(name) if name.endswith(SUFFIX) else WEIGHTS / f"{name}{SUFFIX}"
         pilot = read_pilot(path, name)
         learning = config_from_dict(read_header(path)["config"]).ddpg

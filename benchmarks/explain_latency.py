@@ -2,7 +2,7 @@
 
     python benchmarks/explain_latency.py [--pilot NAME] [--calls 1000]
 
-Times ``pilot.decide(observation)`` as a user calls it: checks, padding, actor,
+Times ``glasshelm.explain(pilot, observation)`` as a user calls it: checks, padding, actor,
 values, priorities, attention, intention, sweep over 21 rudders, Shapley values, result
 ready. Then the Shapley values alone, with all pairs' interactions (``shapley_by_ship``).
 Without a pilot the networks have the paper's sizes (Tables A.1-A.5, attention
@@ -22,11 +22,12 @@ os.environ["JAX_PLATFORMS"] = "cpu"
 import jax
 import numpy as np
 
+import glasshelm
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import reset
 from glasshelm.env.training_envelope import TrainingEnvelope
-from glasshelm.explain.shapley import Game, shapley_by_ship
+from glasshelm.explanation.shapley import Game, shapley_by_ship
 from glasshelm.networks.actors import ActorSizes, AttentionActor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
@@ -64,7 +65,7 @@ def measure(what: str, pilot: LearnedPilot, ships: int, calls: int) -> str:
 
     def once() -> None:
         if what == "decision":
-            found = pilot.decide(seen)
+            found = glasshelm.explain(pilot, seen)
         else:
             found = shapley_by_ship(GAMES[what], pilot.actor, pilot.critic, seen, limit)
         jax.block_until_ready(found)

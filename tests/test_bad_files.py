@@ -163,6 +163,7 @@ def told(command: str, file: str, capsys) -> str:
     return err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", TEXTS)
 @pytest.mark.parametrize(("command", "suffix"), READ)
 def test_texts(command, suffix, content, capsys):
@@ -183,6 +184,7 @@ def test_weights(content, capsys):
     assert told(SAIL[0], "file.safetensors", capsys).count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", ["empty", "junk", "no layers", "wide layers", "deep header"])
 @pytest.mark.parametrize("command", SAIL[1:])
 def test_weights_of_every_command(command, content, capsys):

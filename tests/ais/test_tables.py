@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from glasshelm.ais.csv_file import BLOCK
+from glasshelm.ais import csv_file
 from glasshelm.ais.reading import iter_recording, read_recording_file
 from glasshelm.ais.table import NOT_A_SHIP, OWN_SENSORS
 from glasshelm.core.errors import InputError
@@ -238,22 +238,23 @@ def test_what_is_no_row_is_passed_over(tmp_path):
     assert (len(recording.reports), recording.notes) == (2, ())
 
 
-def test_a_table_of_many_blocks(tmp_path):
-    rows = [f"{SHIP + i % 7},{NOON + i},58.5,10.25,SHIP {i}" for i in range(300_000)]
-    rows[200_000] = "torn"
+def test_a_table_of_many_blocks(tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_file, "BLOCK", 200_000)
+    rows = [f"{SHIP + i % 7},{NOON + i},58.5,10.25,SHIP {i}" for i in range(15_000)]
+    rows[10_000] = "torn"
     recording = read(table(tmp_path, "mmsi,time,lat,lon,name", *rows, name="big.csv"))
-    assert (tmp_path / "big.csv").stat().st_size > 2 * BLOCK
-    assert len(recording.reports) == 299_999
-    assert recording.notes == ("1 row unreadable: 1 fields, the header has 5 (row 200002)",)
-    assert recording.ships[SHIP + 299_999 % 7].name == "SHIP 299999"
+    assert (tmp_path / "big.csv").stat().st_size > 2 * csv_file.BLOCK
+    assert len(recording.reports) == 14_999
+    assert recording.notes == ("1 row unreadable: 1 fields, the header has 5 (row 10002)",)
+    assert recording.ships[SHIP + 14_999 % 7].name == "SHIP 14999"
 
 
 def test_numbers_that_are_none_are_not_known(tmp_path):
     header = "mmsi,time,lat,lon,sog,cog,heading,length"
-    rows = [f"{SHIP},{NOON},forty,10.25,fast,,null,-3", f"{SHIP},{NOON},58.5,10.25,5,Unknown,,1e9"]
+    rows = [f"{SHIP},{NOON},58.5,10.25,fast,,null,-3", f"{SHIP},{NOON},58.5,10.25,5,Unknown,,1e9"]
     recording = read(table(tmp_path, header, *rows))
     r = recording.reports
-    np.testing.assert_array_equal(r.latitude_deg, [np.nan, 58.5])
+    np.testing.assert_array_equal(r.latitude_deg, [58.5, 58.5])
     np.testing.assert_array_equal(r.sog_kn, [np.nan, 5])
     assert np.isnan(r.cog_deg).all()
     assert recording.ships[SHIP].length_m is None
@@ -401,3 +402,14 @@ def test_read_csv_reads_it_all(tmp_path):
         table(tmp_path, "mmsi,t,lat,lon", f"{SHIP},{NOON},58.5,10.25", "x,x,x,x")
     )
     assert len(recording.reports) == len(recording.notes) == 1
+
+
+def test_a_rounded_mmsi_and_a_latitude_in_words_are_named(tmp_path):
+    rows = [f"2.57E+08,{NOON},58.5,10.25", f"2.57000001E+08,{NOON},58.5,10.25"]
+    rows += [f"{SHIP},{NOON},north,10.25"]
+    recording = read(table(tmp_path, "mmsi,t,lat,lon", *rows))
+    assert recording.reports.mmsi.tolist() == [257000001]
+    assert recording.notes == (
+        "1 row unreadable: MMSI '2.57E+08' is rounded: its last digits are lost (row 2)",
+        "1 row unreadable: latitude 'north' is no number (row 4)",
+    )

@@ -16,12 +16,12 @@ from glasshelm.bridge.annotate.band_worker import CPU_SHARE, BandWorker, band_me
 from glasshelm.bridge.server.protocol import BandMessage, Open
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
-from glasshelm.certify.logged_measurements import CELLS
-from glasshelm.certify.sensor_error_bounds import declared
+from glasshelm.certify.logged_measurements import MAX_CELLS
+from glasshelm.certify.sensor_error_bounds import parse_error_bounds
 from glasshelm.frames import schema as f
 from glasshelm.pilots.registry import pilot_named
 
-ERRORS = declared("10,0.5,0.1")
+ERRORS = parse_error_bounds("10,0.5,0.1")
 BAND = f.Band(0.01, 0.02, 10.0, 0.01, 0.05, "starboard")
 
 
@@ -83,7 +83,7 @@ def test_a_frame_that_stands_gets_the_narrowest_band_once(computing):
     work = computing(0.001)
     heard = shown(0.3, 1, stands_s=math.inf)
     assert [(now, told["time_s"]) for now, told in heard] == [(0.0, 0.0)]
-    assert work.asked == [(0.0, CELLS)]
+    assert work.asked == [(0.0, MAX_CELLS)]
 
 
 def test_a_band_that_came_too_late_is_not_told(computing):
@@ -102,7 +102,9 @@ def test_work_is_bounded_however_fast_frames_come(computing):
     assert 0 < work.busy_s < 1.6 * CPU_SHARE * 200 * 0.01
 
 
-@pytest.mark.parametrize(("stands_s", "cells"), [(math.inf, CELLS), (0.81, 5), (0.41, 1), (0.1, 0)])
+@pytest.mark.parametrize(
+    ("stands_s", "cells"), [(math.inf, MAX_CELLS), (0.81, 5), (0.41, 1), (0.1, 0)]
+)
 def test_as_many_bounds_as_there_is_time_for(computing, stands_s, cells):
     work = computing(0.1)
     heard = shown(0.35, 1, then_s=0.6, stands_s=stands_s)
@@ -147,7 +149,7 @@ def test_a_logged_band_is_told_as_it_was_logged():
     logged = msgspec.structs.replace(
         frame(0, Other()), decision=f.Decision(0.015), band=BAND, pilot="nobody-knows"
     )
-    message = band_message([logged], pilot_named, declared("99,9,9"), CELLS)
+    message = band_message([logged], pilot_named, parse_error_bounds("99,9,9"), MAX_CELLS)
     assert message.band == BAND
     assert message.short == "certain: to starboard"
     assert "within 10 m" in message.full
@@ -161,7 +163,7 @@ def test_who_cannot_be_certified_has_no_band_and_the_reason_is_told(pilot, why):
     named = pilot_named(pilot)
     weights = getattr(named, "weights_sha256", None)
     one = msgspec.structs.replace(frame(0), pilot=pilot, weights_sha256=weights)
-    message = band_message([one], pilot_named, ERRORS, CELLS)
+    message = band_message([one], pilot_named, ERRORS, MAX_CELLS)
     assert message.band is None
     assert message.short == ""
     assert message.full.startswith("no certified band: ")

@@ -24,6 +24,8 @@ from glasshelm.bridge.sessions.replay_session import ReplaySession
 from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 
+pytestmark = pytest.mark.slow
+
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 
 

@@ -24,6 +24,8 @@ from glasshelm.bridge.sessions.replay_session import ReplaySession
 from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 
+pytestmark = pytest.mark.slow
+
 #: Never ends by itself. A pilot is tried where the server begins, and got ready in a thread.
 COMPILING = """
 import itertools, pathlib, threading

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from glasshelm.certify.interval_arithmetic import Interval, Jet, exactly, hull, polar
+from glasshelm.certify.interval_arithmetic import Interval, Jet, hull, point, polar
 
 #: The same function of intervals and of numbers.
 ASKED = {
@@ -48,7 +48,7 @@ def test_dividing_by_what_may_be_zero_gives_anything():
 def test_nothing_times_anything_is_anything():
     everything = Interval(np.full(1, -np.inf), np.full(1, np.inf))
     with np.errstate(invalid="ignore"):
-        found = exactly(0.0) * everything
+        found = point(0.0) * everything
     assert found.low[0] == -np.inf
     assert found.high[0] == np.inf
 
@@ -65,14 +65,14 @@ def test_polar_coordinates_hold_every_vector_of_a_box():
 def test_a_jet_holds_the_rate():
     low, high = _boxes(3)
     rate = np.random.default_rng(4).normal(size=low.shape)
-    x, y = (Jet(Interval(*b), exactly(r)) for *b, r in zip(low, high, rate, strict=True))
+    x, y = (Jet(Interval(*b), point(r)) for *b, r in zip(low, high, rate, strict=True))
     found = (x * y).sine() / (Jet(y.value.square(), y.value * y.rate * 2.0) + 1.0)
 
     def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.sin(x * y) / (y**2 + 1)
 
-    for point in _inside(low, high):
+    for x in _inside(low, high):
         step = 1e-6 * rate
-        slope = (at(*(point + step)) - at(*(point - step))) / 2e-6
+        slope = (at(*(x + step)) - at(*(x - step))) / 2e-6
         room = 1e-6 * (1 + np.abs(slope)) * (1 + np.abs(rate).max())
         assert np.all((found.rate.low <= slope + room) & (slope - room <= found.rate.high))

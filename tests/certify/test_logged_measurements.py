@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 from tests.untrained import untrained
 
-from glasshelm.certify.logged_measurements import SAME, band_of, scene_of, with_bands
-from glasshelm.certify.measurements import observed
-from glasshelm.certify.sensor_error_bounds import declared
+from glasshelm.certify.logged_measurements import (
+    SAME,
+    band_of_frames,
+    plots_from_frames,
+    with_bands,
+)
+from glasshelm.certify.measurements import observe_plots
+from glasshelm.certify.sensor_error_bounds import parse_error_bounds
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.frames import frame_log
@@ -18,7 +23,7 @@ from glasshelm.pilots.registry import load
 from glasshelm.ship.nomoto import KNOT_M_S, ship_named
 from glasshelm.simulation.voyage import Voyage, steps_of
 
-ERRORS = declared("10,0.5,0.1")
+ERRORS = parse_error_bounds("10,0.5,0.1")
 STEPS = 24
 
 
@@ -44,10 +49,11 @@ def banded(sailed, pilot):
     return list(with_bands(sailed[0][:3], pilot, ERRORS, cells=5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 1, 3, 4, STEPS - 1])
 def test_the_plots_are_those_that_the_pilot_saw(sailed, number):
     frames, observation = sailed
-    found = observed(scene_of(frames[max(number - 7, 0) : number + 1]))
+    found = observe_plots(plots_from_frames(frames[max(number - 7, 0) : number + 1]))
     ships = int(np.sum(found.present))
     assert ships == len(frames[number].targets) > 1
     there = np.asarray(observation[number].targets)[np.asarray(observation[number].present)]
@@ -58,7 +64,7 @@ def test_the_plots_are_those_that_the_pilot_saw(sailed, number):
 def test_a_watch_that_begins_within_the_log_remembers_nothing_before(sailed):
     frames = list(sailed[0][:6])
     frames[4] = msgspec.structs.replace(frames[4], reward=None)
-    plots = np.asarray(scene_of(frames).waypoint)
+    plots = np.asarray(plots_from_frames(frames).waypoint)
     assert np.all(plots[1:] == plots[1])
     assert np.any(plots[0] != plots[1])
 
@@ -72,13 +78,14 @@ def test_who_was_away_is_remembered_since_she_is_back_and_who_is_lost_is_not_see
         frames[number] = msgspec.structs.replace(frames[number], targets=targets)
 
     with_lost(3, ids[0])
-    plots = np.asarray(scene_of(frames).targets)
+    plots = np.asarray(plots_from_frames(frames).targets)
     assert np.all(plots[0, 2:] == plots[0, 1])
     assert np.any(plots[1, 2] != plots[1, 1])
     with_lost(5, ids[0])
-    assert int(scene_of(frames).present.sum()) == len(ids) - 1
+    assert int(plots_from_frames(frames).present.sum()) == len(ids) - 1
 
 
+@pytest.mark.slow
 def test_the_band_holds_the_rudder_and_travels_in_log_and_table(banded, tmp_path):
     for frame in banded:
         assert frame.band.low_rad <= frame.decision.rudder_rad <= frame.band.high_rad
@@ -98,7 +105,7 @@ def test_a_frame_without_a_band_says_nothing_of_it(sailed):
 
 def test_without_errors_it_is_the_rudder(sailed, pilot):
     frames = sailed[0][:5]
-    band = band_of(frames, pilot, declared("0,0,0"), cells=1)
+    band = band_of_frames(frames, pilot, parse_error_bounds("0,0,0"), cells=1)
     limit = frames[-1].ship.rudder_limit_rad
     assert band.low_rad == pytest.approx(frames[-1].decision.rudder_rad, abs=SAME * limit)
     assert band.high_rad == pytest.approx(frames[-1].decision.rudder_rad, abs=SAME * limit)
@@ -109,7 +116,7 @@ def test_there_is_no_band_for_a_rudder_that_is_not_hers(sailed, pilot):
     other = msgspec.structs.replace(frames[-1].decision, rudder_rad=0.08)
     frames[-1] = msgspec.structs.replace(frames[-1], decision=other)
     with pytest.raises(InputError, match="did not decide this rudder"):
-        band_of(frames, pilot, ERRORS, cells=1)
+        band_of_frames(frames, pilot, ERRORS, cells=1)
 
 
 def test_only_a_sum_has_bands(sailed):
@@ -122,5 +129,5 @@ def test_only_a_sum_has_bands(sailed):
 )
 def test_errors_that_are_none_are_refused_in_one_line(text):
     with pytest.raises(InputError, match="metres, degrees and knots") as raised:
-        declared(text)
+        parse_error_bounds(text)
     assert "\n" not in str(raised.value)

@@ -1,15 +1,15 @@
-"""Lines lie below and above their activations, everywhere in the interval."""
+"""LinearRelaxation lie below and above their activations, everywhere in the interval."""
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from glasshelm.certify.relaxations import leaky_lines, softsign_lines
+from glasshelm.certify.relaxations import relax_leaky_relu, relax_softsign
 from glasshelm.networks.mlp import leaky_relu, softsign
 
 
 @pytest.mark.parametrize(
-    ("lines", "activation"), [(leaky_lines, leaky_relu), (softsign_lines, softsign)]
+    ("lines", "activation"), [(relax_leaky_relu, leaky_relu), (relax_softsign, softsign)]
 )
 def test_lines_hold_the_activation(lines, activation):
     drawn = np.random.default_rng(0)
@@ -27,7 +27,7 @@ def test_lines_hold_the_activation(lines, activation):
 
 def test_lines_of_a_point_are_the_activation():
     x = jnp.linspace(-3, 3, 13)
-    for lines, activation in ((leaky_lines, leaky_relu), (softsign_lines, softsign)):
+    for lines, activation in ((relax_leaky_relu, leaky_relu), (relax_softsign, softsign)):
         found = lines(x, x)
         np.testing.assert_allclose(found.low_slope * x + found.low_shift, activation(x), atol=2e-6)
         np.testing.assert_allclose(

@@ -4,14 +4,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from benchmarks.certify import attacked_rudders, random_rudders
 from tests.certify.scenes import KINDS, LEVELS, SCENES, errors, one_of, scenes
 from tests.untrained import untrained
 
-from glasshelm.certify.adversarial import attacked_rudders, random_rudders
-from glasshelm.certify.measurements import RawPlots, observed
-from glasshelm.certify.rudder_band import Band, action_bounds, certified_band
+from glasshelm.certify.measurements import RawPlots, observe_plots
+from glasshelm.certify.rudder_band import RudderBand, action_bounds, certified_band
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.registry import load
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,7 @@ def test_no_error_brings_a_rudder_out_of_the_band(actor, rudders, level, kind):
     assert np.all(found >= low[:, None])
     assert np.all(found <= high[:, None])
     if not any(level) and kind == "around":
-        rudder = np.asarray(actor(jax.vmap(observed)(scene)))
+        rudder = np.asarray(jax.jit(lambda: actor(jax.vmap(observe_plots)(scene)))())
         np.testing.assert_allclose(low, rudder, atol=2e-3)
         np.testing.assert_allclose(high, rudder, atol=2e-3)
 
@@ -59,10 +61,10 @@ def test_who_is_not_there_does_not_matter(actor):
 
 
 def test_a_band_beyond_the_dead_zone_is_a_turn():
-    assert Band(0.02, 0.05).turn == 1
-    assert Band(-0.05, -0.02).turn == -1
-    assert Band(-0.05, 0.02).turn == 0
-    assert Band(0.001, 0.05).turn == 0
+    assert RudderBand(0.02, 0.05).certain_side == 1
+    assert RudderBand(-0.05, -0.02).certain_side == -1
+    assert RudderBand(-0.05, 0.02).certain_side == 0
+    assert RudderBand(0.001, 0.05).certain_side == 0
 
 
 def test_only_a_sum_can_be_certified():

@@ -7,7 +7,8 @@ import pytest
 from tests.evaluation.cases import SPEED
 
 from glasshelm.colregs import compliance
-from glasshelm.colregs.classification import Kind, Meetings, kind_of
+from glasshelm.colregs.classification import EncounterType, classify
+from glasshelm.colregs.compliance import MeetingFacts
 from glasshelm.core.geometry import velocity
 from glasshelm.encounters.types import Motion
 from glasshelm.ship.nomoto import ShipState
@@ -37,10 +38,10 @@ def sail(target, turn_deg=0.0, begins=TURN, steps=480):
         )  # fmt: skip
         zero = jnp.zeros(())
         own = ShipState(own_east, own_north, heading, zero, zero, zero + SPEED)
-        return (own_east, own_north, heading, meetings.after(own, v, change, motion, time)), None
+        return (own_east, own_north, heading, meetings.updated(own, v, change, motion, time)), None
 
     zero = jnp.zeros(())
-    start = (zero, zero, zero, Meetings.none(1))
+    start = (zero, zero, zero, MeetingFacts.initial(1))
     (*_, meetings), _ = jax.jit(lambda s: jax.lax.scan(go, s, jnp.arange(steps)))(start)
     return {name: np.asarray(value) for name, value in vars(meetings).items()}
 
@@ -55,15 +56,19 @@ def meeting_at_1500_s(course, ratio=1.0):
 @pytest.mark.parametrize(
     ("course", "ratio", "kind"),
     [
-        (180, 1.0, Kind.HEAD_ON),
-        (170, 1.0, Kind.HEAD_ON),
-        (270, 1.0, Kind.CROSSING_GIVE_WAY),
-        (90, 1.0, Kind.CROSSING_STAND_ON),
-        (150, 1.0, Kind.CROSSING_STAND_ON),  # 15 degrees on the port bow: not end on any more
-        (0, 0.6, Kind.OVERTAKING),
-        (20, 0.7, Kind.OVERTAKING),
-        (0, 1.6, Kind.OVERTAKEN),
-        (20, 1.6, Kind.OVERTAKEN),
+        (180, 1.0, EncounterType.HEAD_ON),
+        (170, 1.0, EncounterType.HEAD_ON),
+        (270, 1.0, EncounterType.CROSSING_GIVE_WAY),
+        (90, 1.0, EncounterType.CROSSING_STAND_ON),
+        (
+            150,
+            1.0,
+            EncounterType.CROSSING_STAND_ON,
+        ),  # 15 degrees on the port bow: not end on any more
+        (0, 0.6, EncounterType.OVERTAKING),
+        (20, 0.7, EncounterType.OVERTAKING),
+        (0, 1.6, EncounterType.OVERTAKEN),
+        (20, 1.6, EncounterType.OVERTAKEN),
     ],
 )
 def test_kinds(course, ratio, kind):
@@ -73,31 +78,34 @@ def test_kinds(course, ratio, kind):
 def test_the_limit_of_overtaking_is_22_5_degrees_abaft_the_beam():
     """Own ship, faster, coming up from 23 and from 22 degrees abaft the other's beam."""
     aspects = jnp.radians(jnp.array([113.0, 112.0]))
-    found = kind_of(jnp.zeros(2), aspects, jnp.ones(2, bool))
-    assert found.tolist() == [Kind.OVERTAKING, Kind.CROSSING_STAND_ON]
+    found = classify(jnp.zeros(2), aspects, jnp.ones(2, bool))
+    assert found.tolist() == [EncounterType.OVERTAKING, EncounterType.CROSSING_GIVE_WAY]
 
 
 def test_no_meeting_without_risk():
-    assert sail((8000.0, 0.0, 0.0, SPEED))["kind"][0] == Kind.NONE
-    assert sail((3000.0, 6000.0, 0.0, 2 * SPEED))["kind"][0] == Kind.NONE
+    assert sail((8000.0, 0.0, 0.0, SPEED))["kind"][0] == EncounterType.NONE
+    assert sail((3000.0, 6000.0, 0.0, 2 * SPEED))["kind"][0] == EncounterType.NONE
 
 
 @pytest.mark.parametrize("knots", [0.0, 0.4])
 def test_no_meeting_with_a_ship_that_is_stopped(knots):
     """Rules 13-15 are for vessels under way, and her course is what a feed made of nothing."""
     for course in (0, 90, 180):
-        assert sail(meeting_at_1500_s(course, knots / 10))["kind"][0] == Kind.NONE
-    assert sail(meeting_at_1500_s(0, 0.06))["kind"][0] == Kind.OVERTAKING
+        assert sail(meeting_at_1500_s(course, knots / 10))["kind"][0] == EncounterType.NONE
+    assert sail(meeting_at_1500_s(0, 0.06))["kind"][0] == EncounterType.OVERTAKING
 
 
 def test_a_crossing_avoided_by_the_book():
     facts = sail(meeting_at_1500_s(270), turn_deg=40, begins=20)
-    assert facts["kind"][0] == Kind.CROSSING_GIVE_WAY
+    assert facts["kind"][0] == EncounterType.CROSSING_GIVE_WAY
     assert np.degrees(facts["starboard_rad"][0]) == pytest.approx(40, abs=0.1)
     assert facts["port_rad"][0] == 0
     assert facts["act_side"][0] == 1
     assert facts["ahead_m"][0] < 0  # astern of her
-    judged = {n: bool(j(facts)[0]) for n, j in compliance.GRADES[Kind.CROSSING_GIVE_WAY].items()}
+    judged = {
+        n: bool(j(facts)[0])
+        for n, j in compliance.CRITERIA[EncounterType.CROSSING_GIVE_WAY].items()
+    }
     assert all(judged.values()), judged
 
 
@@ -120,9 +128,9 @@ def test_passing_ahead_is_told_from_passing_astern():
 def test_a_stand_on_ship_that_holds_and_one_that_does_not():
     target = meeting_at_1500_s(90)
     holds, alters = sail(target), sail(target, turn_deg=-40, begins=60)
-    assert compliance.held(holds)[0]
-    assert compliance.held_on(holds)[0]
-    assert not compliance.held(alters)[0]
+    assert compliance.stood_on_to_3_nm(holds)[0]
+    assert compliance.stood_on(holds)[0]
+    assert not compliance.stood_on_to_3_nm(alters)[0]
     assert not compliance.not_to_port(alters)[0]
 
 
@@ -134,5 +142,5 @@ def test_head_on_to_starboard_is_port_to_port():
 
 def test_alone_means_no_other_meeting_in_the_voyage():
     facts = {"kind": np.array([1, 1, 2]), "meetings_of_voyage": np.array([1, 2, 2])}
-    assert len(compliance.of_kind(facts, Kind.HEAD_ON)["kind"]) == 2
-    assert len(compliance.of_kind(facts, Kind.HEAD_ON, alone=True)["kind"]) == 1
+    assert len(compliance.of_type(facts, EncounterType.HEAD_ON)["kind"]) == 2
+    assert len(compliance.of_type(facts, EncounterType.HEAD_ON, alone=True)["kind"]) == 1

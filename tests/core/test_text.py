@@ -16,7 +16,7 @@ from glasshelm.core.terminal import TaskDescription, Terminal, progress
 from glasshelm.core.text import MAX_NAME_LENGTH, file_name, markdown_code, markdown_text, printable
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.types import TargetInfo
-from glasshelm.evaluation.markdown import markdown
+from glasshelm.evaluation.tables import markdown_table
 from glasshelm.frames.frame_log import read_log, write_log
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.registry import pilot_named
@@ -112,6 +112,7 @@ def test_a_log_from_outside_is_read_as_text(tmp_path):
     assert frame.outside_training == ["\\u202efast"]
 
 
+@pytest.mark.slow
 def test_a_situation_of_odd_names_is_explained(tmp_path, capsys):
     """All figures of all names are drawn, and what is printed gives no orders."""
     file, out = tmp_path / "odd.json", tmp_path / "out"
@@ -140,6 +141,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys, command):
     assert "\\x1b[31m\\nB" in err
 
 
+@pytest.mark.slow
 def test_two_futures_of_odd_names(tmp_path, capsys):
     file, log, out = (tmp_path / name for name in ("odd.json", "log.jsonl", "out"))
     file.write_text(situation([r"$\X$", "[/]", "\x1b[31m"]))
@@ -150,6 +152,7 @@ def test_two_futures_of_odd_names(tmp_path, capsys):
     assert (out / "whatif.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_figure_that_fails_is_told_of_in_the_report(tmp_path, monkeypatch):
     def fails(voyage):
         raise ValueError("\x1b[31m<no>")
@@ -211,7 +214,7 @@ def test_whoever_asks_sees_where():
 
 
 def test_a_table_has_as_many_columns_whoever_is_in_it():
-    table = markdown(["pilot", "ship"], [[name, "x"] for name in NAMES]).split("\n")
+    table = markdown_table(["pilot", "ship"], [[name, "x"] for name in NAMES]).split("\n")
     assert len(table) == len(NAMES) + 2
     for row in table:
         assert len(re.findall(r"(?<!\\)(?:\\\\)*\|", row)) == 3, row

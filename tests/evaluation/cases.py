@@ -8,9 +8,10 @@ import numpy as np
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, straight_track
-from glasshelm.evaluation.suites.random_suite import plain_cases
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.suites.random_suite import undisturbed_cases
+from glasshelm.evaluation.types import Suite
 from glasshelm.ship.nomoto import ShipState, ship_named
+from glasshelm.simulation.rollout import Case
 
 SHIP = ship_named("paper")
 SPEED = float(SHIP.speed_m_s)
@@ -31,7 +32,7 @@ def encounter(*targets: tuple[float, float, float, float], slots: int = 2) -> En
 
 def cases(*encounters: Encounter, steps: int | None = None) -> Case:
     """A batch of cases; ``steps`` in place of what their conflicts ask for."""
-    batch = plain_cases(jax.tree.map(lambda *x: jnp.stack(x), *encounters), SHIP)
+    batch = undisturbed_cases(jax.tree.map(lambda *x: jnp.stack(x), *encounters), SHIP)
     if steps is None:
         return batch
     return dataclasses.replace(batch, steps=np.full(len(encounters), steps, np.int32))

@@ -3,14 +3,16 @@
 import equinox as eqx
 import jax.numpy as jnp
 import pytest
+from benchmarks.failures import Event, FailureCause, explain_failures, summary_table
 from tests.evaluation.cases import SHIP, SPEED, cases, encounter
 
-from glasshelm.evaluation.failure_analysis import Event, Verdict, counted, explain_failures
 from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.pilots.function_pilot import FunctionPilot
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import SHIPS
+
+pytestmark = pytest.mark.slow
 
 U = SPEED
 #: East, north [m], course [deg], speed [m/s]. She comes head-on; she keeps abeam to starboard.
@@ -32,7 +34,7 @@ class Hopeful(eqx.Module):
 
     name: str = "hopeful"
 
-    def knowing(self, known):
+    def policy_for(self, known):
         return _HARD
 
 
@@ -54,7 +56,7 @@ def found():
 
 def test_only_failures_are_explained_and_with_whom(found):
     assert [f.case for f in found] == [0, 2, 3]
-    assert [f.with_slot for f in found] == [0, 0, 0]
+    assert [f.met_slot for f in found] == [0, 0, 0]
     assert [f.ships for f in found] == [1, 2, 1]
 
 
@@ -66,22 +68,22 @@ def test_the_time_is_that_of_the_event(found):
 
 
 def test_who_never_steers_fails_alone_too_and_no_other_ship_is_to_blame(found):
-    assert all(f.alone and f.company == 0 for f in found)
+    assert all(f.alone and f.n_contributing == 0 for f in found)
 
 
 def test_the_way_out_stays_open_until_the_turn_takes_too_long(found):
     # At 0.9°/s the planner needs one to three minutes to get 340 m aside.
-    assert found[0].verdict is Verdict.LATER
-    assert 60.0 < found[0].time_s - found[0].way_out_until_s < 400.0
+    assert found[0].cause is FailureCause.MISSED_LATER
+    assert 60.0 < found[0].time_s - found[0].last_way_out_s < 400.0
 
 
 def test_a_ship_in_the_way_from_the_start_leaves_none(found):
-    assert found[2].verdict is Verdict.OPEN
-    assert found[2].way_out_until_s is None
+    assert found[2].cause is FailureCause.UNKNOWN
+    assert found[2].last_way_out_s is None
     observation = explained(StraightPilot(), batch([ON_TOP]), Event.INTRUSION, Hopeful())
-    assert [f.verdict for f in observation] == [Verdict.NO_WAY]
+    assert [f.cause for f in observation] == [FailureCause.UNAVOIDABLE]
     assert observation[0].searched
-    assert not observation[0].seer_clear
+    assert not observation[0].oracle_clear
 
 
 def test_company_is_who_stood_in_the_way():
@@ -93,13 +95,13 @@ def test_company_is_who_stood_in_the_way():
     found = explained(pilot, batch([AHEAD, BESIDE]))
     assert len(found) == 1
     assert not found[0].alone
-    assert found[0].company == 1
+    assert found[0].n_contributing == 1
 
 
 def test_intrusions_are_deeper_than_zero_and_the_table_counts_them():
     found = explained(StraightPilot(), batch([AHEAD], [BESIDE]), Event.INTRUSION)
     assert [f.case for f in found] == [0]
-    table = counted(found)
+    table = summary_table(found)
     assert "| way out missed later | 1 of 1 | 1 | 0 |" in table
 
 

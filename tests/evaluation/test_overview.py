@@ -5,14 +5,14 @@ import functools
 
 import numpy as np
 
-from glasshelm.evaluation.contenders import contenders_named
-from glasshelm.evaluation.examination import Examined, Provenance
-from glasshelm.evaluation.measure_columns import Sailed
-from glasshelm.evaluation.overview import overview
+from glasshelm.evaluation.contenders import parse_contenders
+from glasshelm.evaluation.evaluation_run import EvaluationResult, RunInfo
+from glasshelm.evaluation.measure_columns import SuiteResult
+from glasshelm.evaluation.result_report import overview
 from glasshelm.evaluation.suites.random_suite import random_suite
 from glasshelm.ship.nomoto import SHIPS
 
-PILOTS = contenders_named(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
+PILOTS = parse_contenders(("straight", "paper-cpa", "large-ship-cpa"), ("paper",))
 
 
 @functools.cache
@@ -20,14 +20,14 @@ def suite():
     return random_suite(SHIPS["paper"], 8)
 
 
-def sailed(name: str, pilot: int, hits: int) -> Sailed:
+def sailed(name: str, pilot: int, hits: int) -> SuiteResult:
     rows = np.arange(8) < hits
     columns = {"collided": rows, "intruded": rows, "within_half_nm": rows, "ships": np.ones(8)}
-    return Sailed(dataclasses.replace(suite(), name=name), PILOTS[pilot], 0, columns, {})
+    return SuiteResult(dataclasses.replace(suite(), name=name), PILOTS[pilot], 0, columns, {})
 
 
-def of(*voyages: Sailed) -> str:
-    return overview(Examined(voyages, (), Provenance("command", "machine")))
+def of(*voyages: SuiteResult) -> str:
+    return overview(EvaluationResult(voyages, (), RunInfo("command", "machine")))
 
 
 def test_every_suite_has_a_line_and_every_pilot_a_column():

@@ -9,8 +9,10 @@ from tests.evaluation.test_result_cache import SUITE, jobs
 from tests.missing import needed
 
 from glasshelm.core.errors import InputError
-from glasshelm.evaluation.ray_workers import workers_named
-from glasshelm.evaluation.result_cache import here, run_job
+from glasshelm.evaluation.ray_workers import executor_named
+from glasshelm.evaluation.result_cache import run_job, run_locally
+
+pytestmark = pytest.mark.slow
 
 #: A crowded machine takes long to begin, and has little memory left: neither is for Ray to judge.
 PATIENT = {
@@ -43,8 +45,8 @@ def two_workers(monkeypatch):
 
 @pytest.mark.skipif(sys.version_info >= (3, 14), reason="Ray has no wheels for this Python")
 def test_two_ray_workers_give_the_bits_of_this_process(two_workers):
-    over_ray = dict(workers_named("ray")(jobs()))
-    same_process = dict(here(jobs()))
+    over_ray = dict(executor_named("ray")(jobs()))
+    same_process = dict(run_locally(jobs()))
     assert sorted(over_ray) == sorted(same_process) == [0, 1, 2]
     for place, found in same_process.items():
         for name, values in found.items():
@@ -54,14 +56,14 @@ def test_two_ray_workers_give_the_bits_of_this_process(two_workers):
 def test_without_ray_one_line_says_what_to_install(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"glasshelm\[ray\]"):
-        workers_named("ray")
+        executor_named("ray")
 
 
 def test_jobs_do_not_depend_on_who_does_them_in_which_order():
     """What Ray's workers rely on: a job is a pure function of itself."""
     given = jobs()
     backwards = {place: run_job(given[place]) for place in reversed(range(len(given)))}
-    for place, found in here(given):
+    for place, found in run_locally(given):
         for name, values in found.items():
             np.testing.assert_array_equal(values, backwards[place][name])
-    assert sum(len(job.which) for job in given) == SUITE.size
+    assert sum(len(job.indices) for job in given) == SUITE.size

@@ -15,28 +15,29 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters import recording_window
 from glasshelm.encounters.types import motion_at
 from glasshelm.evaluation.suites.disturbed_suite import SHIP_SHARE, disturbed_suites
-from glasshelm.evaluation.suites.random_suite import conflicts_past_s
+from glasshelm.evaluation.suites.random_suite import case_duration_s
 from glasshelm.evaluation.suites.recorded_suite import Windows, windows
-from glasshelm.evaluation.suites.suite_registry import suites_named
+from glasshelm.evaluation.suites.suite_registry import build_suites
 from glasshelm.ship.nomoto import KNOT_M_S
 
 
 def test_a_voyage_lasts_until_its_conflicts_are_past():
-    assert float(conflicts_past_s(encounter(HEAD_ON), SHIP)) == 2400
+    assert float(case_duration_s(encounter(HEAD_ON), SHIP)) == 2400
     # Overtaken from 3.5 km astern by a ship that is 1.3 m/s faster: the meeting is at 2700 s.
     late = encounter((200.0, -1.3 * 2700, 0.0, SPEED + 1.3))
-    assert float(conflicts_past_s(late, SHIP)) == 3120
+    assert float(case_duration_s(late, SHIP)) == 3120
     nobody_near = encounter((30_000.0, -1.3 * 2700, 0.0, SPEED + 1.3))
-    assert float(conflicts_past_s(nobody_near, SHIP)) == 2400
+    assert float(case_duration_s(nobody_near, SHIP)) == 2400
 
 
+@pytest.mark.slow
 def test_random_encounters_do_not_depend_on_how_many_there_are():
-    (few,), (more,) = (suites_named(["random"], SHIP, count) for count in (3, 5))
+    (few,), (more,) = (build_suites(["random"], SHIP, count) for count in (3, 5))
     jax.tree.map(lambda a, b: np.testing.assert_array_equal(a, b[:3]), few.cases, more.cases)
 
 
 def test_imazu_at_both_speeds_meets_after_1800_s():
-    slow, fast = suites_named(["imazu"], SHIP)
+    slow, fast = build_suites(["imazu"], SHIP)
     assert (slow.name, fast.name, slow.size) == ("imazu-10kn", "imazu-12kn", 24)
     for suite, knots in ((slow, 10), (fast, 12)):
         own = suite.cases.encounter.own
@@ -48,16 +49,17 @@ def test_imazu_at_both_speeds_meets_after_1800_s():
         assert np.max(met[suite.cases.encounter.present]) < 5
 
 
+@pytest.mark.slow
 def test_each_disturbance_is_of_the_same_encounters():
     parts = {s.name.removeprefix("disturbed-"): s.cases for s in disturbed_suites(SHIP, 40)}
-    (plain,) = suites_named(["random"], SHIP, 40)
+    (plain,) = build_suites(["random"], SHIP, 40)
     present = plain.cases.encounter.present
     for case in parts.values():
         start = np.asarray(case.encounter.targets.east_m)[..., 0]
         np.testing.assert_array_equal(
             start[present], plain.cases.encounter.targets.east_m[..., 0][present]
         )
-    stale = np.asarray(parts["stale"].disturbance.every_s)[present]
+    stale = np.asarray(parts["stale"].disturbance.report_interval_s)[present]
     assert 2 <= stale.min() < 10
     assert 90 < stale.max() <= 180
     share = np.asarray(parts["ship"].ship.gain_1_s) / float(SHIP.gain_1_s)
@@ -159,7 +161,7 @@ def test_a_recording_is_read_once(tmp_path, monkeypatch):
     monkeypatch.setattr(
         recording_window, "iter_recording", lambda *given: opened.append(given) or real(*given)
     )
-    (suite,) = suites_named([f"recorded:{path}"], SHIP)
+    (suite,) = build_suites([f"recorded:{path}"], SHIP)
     assert suite.size == 2
     assert len(opened) == 1
     met = [[info.id for info in infos] for infos in suite.targets]
@@ -176,12 +178,12 @@ def test_a_folder_of_situations_says_which_files_are_wrong(tmp_path):
     (tmp_path / "a.json").write_text(GOOD)
     (tmp_path / "c.JSON.gz").write_bytes(gzip.compress(GOOD.encode()))
     (tmp_path / "notes.txt").write_text("no situation")
-    (suite,) = suites_named([f"situations:{tmp_path}"], SHIP)
+    (suite,) = build_suites([f"situations:{tmp_path}"], SHIP)
     assert suite.size == 2
     (tmp_path / "b.json").write_text('{"ownShip": {}, "encounters": []}')
     (tmp_path / "d.json").write_text("{}")
     with pytest.raises(InputError, match=r"b.json: an input of the generator .*2 of 4.*b.json, d"):
-        suites_named([f"situations:{tmp_path}"], SHIP)
+        build_suites([f"situations:{tmp_path}"], SHIP)
 
 
 @pytest.mark.parametrize(
@@ -196,4 +198,4 @@ def test_a_folder_of_situations_says_which_files_are_wrong(tmp_path):
 )
 def test_bad_suites_are_told(names, count, says):
     with pytest.raises(InputError, match=says):
-        suites_named(names, SHIP, count)
+        build_suites(names, SHIP, count)

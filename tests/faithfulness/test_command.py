@@ -6,7 +6,7 @@ from tests.untrained import write_weights
 
 from glasshelm.cli import main
 from glasshelm.faithfulness import exam_session
-from glasshelm.faithfulness.exam_runner import MEASURES, Examined, after_layers
+from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
 from glasshelm.faithfulness.explainers import explainers_for
 
 
@@ -14,9 +14,11 @@ def made_up(pilot, *_):
     """Scores of 40 scenes that nobody computed."""
     rng = np.random.default_rng(0)
     explainers = explainers_for(pilot.actor, pilot.critic)
-    measures = [*MEASURES, *(after_layers(top) for top in range(1, 7))]
-    told = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
-    return Examined(pilot, explainers, told, np.arange(40), np.full(40, 3), rng.uniform(size=40))
+    measures = [*MEASURES, *(randomised_top(top) for top in range(1, 7))]
+    scores = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
+    return ExamResult(
+        pilot, explainers, scores, np.arange(40), np.full(40, 3), rng.uniform(size=40)
+    )
 
 
 @pytest.fixture
@@ -28,7 +30,7 @@ def asked(monkeypatch):
         names.append(pilot.name)
         return made_up(pilot)
 
-    monkeypatch.setattr(exam_session, "examine", examine)
+    monkeypatch.setattr(exam_session, "run_exam", examine)
     return names
 
 
@@ -54,11 +56,12 @@ def one_line(capsys):
     return said
 
 
+@pytest.mark.slow
 def test_the_command_writes_its_table_and_figure(tmp_path):
     """The one test here in which scores are computed."""
-    told = ["faithfulness", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
-    told += ["--ships", "3"]
-    assert main([*told, "--out", str(tmp_path)]) == 0
+    arguments = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
+    arguments += ["--ships", "3"]
+    assert main([*arguments, "--out", str(tmp_path)]) == 0
     assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
     assert (tmp_path / "exam-paper-attention.png").stat().st_size > 10_000
 
@@ -93,24 +96,25 @@ def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, a
     assert not asked
 
 
+@pytest.mark.slow
 def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
     tmp_path, weights, asked, capsys, monkeypatch
 ):
     pilots = [weights("one"), weights("two", "sum")]
-    go_on = exam_session.examine
+    go_on = exam_session.run_exam
 
     def interrupted(pilot, *what):
         if pilot.name == "two":
             raise KeyboardInterrupt
         return go_on(pilot, *what)
 
-    monkeypatch.setattr(exam_session, "examine", interrupted)
+    monkeypatch.setattr(exam_session, "run_exam", interrupted)
     assert exam(tmp_path / "out", *pilots) == 130
     assert "1 of 2 pilots and seeds are kept in" in capsys.readouterr().err.replace("\n", " ")
     text = (tmp_path / "out" / "exam.md").read_text()
     assert "## one" in text
     assert (tmp_path / "out" / "exam-one.png").exists()
-    monkeypatch.setattr(exam_session, "examine", go_on)
+    monkeypatch.setattr(exam_session, "run_exam", go_on)
     assert exam(tmp_path / "out", *pilots) == 0
     assert asked == ["one", "two"]
     again = (tmp_path / "out" / "exam.md").read_text()

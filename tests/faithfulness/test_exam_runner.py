@@ -7,14 +7,14 @@ import pytest
 from tests.untrained import observation, untrained
 
 from glasshelm.evaluation.result_cache import ResultCache
-from glasshelm.faithfulness.bootstrap import mean_with_interval
-from glasshelm.faithfulness.counterfactual import turned_without
-from glasshelm.faithfulness.exam_runner import MEASURES, after_layers, examine
+from glasshelm.evaluation.statistics import clustered_mean
+from glasshelm.faithfulness.counterfactual import heading_effects
+from glasshelm.faithfulness.exam_runner import MEASURES, randomised_top, run_exam
 from glasshelm.faithfulness.explainers import EXPLAINERS, explainers_for
-from glasshelm.faithfulness.sanity_checks import depth, forgotten, shaken
-from glasshelm.faithfulness.scenes import MATTERS_RAD, scenes_of
-from glasshelm.faithfulness.score_cache import kept_or, key_of
-from glasshelm.faithfulness.score_tables import report
+from glasshelm.faithfulness.sanity_checks import count_layers, perturb_sensors, randomise_weights
+from glasshelm.faithfulness.scenes import MIN_SHAPLEY_RAD, collect_scenes
+from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
+from glasshelm.faithfulness.score_tables import exam_report
 from glasshelm.pilots.registry import load
 
 
@@ -25,17 +25,17 @@ def pilot():
 
 @pytest.fixture(scope="module")
 def examined(pilot):
-    return examine(pilot, encounters=32, most=12, counts=(3,))
+    return run_exam(pilot, encounters=32, most=12, counts=(3,))
 
 
 def mean(examined, explainer, measure):
-    return float(np.nanmean(examined.told[explainer][measure]))
+    return float(np.nanmean(examined.scores[explainer][measure]))
 
 
 def test_every_explanation_has_every_score_in_every_scene(examined):
-    assert set(examined.told) == {e.name for e in EXPLAINERS}
-    for by in examined.told.values():
-        assert set(MEASURES) | {after_layers(top) for top in range(1, 7)} == set(by)
+    assert set(examined.scores) == {e.name for e in EXPLAINERS}
+    for by in examined.scores.values():
+        assert set(MEASURES) | {randomised_top(top) for top in range(1, 7)} == set(by)
         assert {len(v) for v in by.values()} == {len(examined.voyage)}
 
 
@@ -48,33 +48,35 @@ def test_the_shapley_value_has_full_marks_against_itself_and_nulls_have_not(exam
 
 
 def test_nulls_do_not_notice_that_the_pilot_forgot_everything(examined):
-    assert mean(examined, "cpa", "forgotten") == pytest.approx(1.0)
-    assert mean(examined, "random", after_layers(1)) == pytest.approx(1.0)
-    assert np.isnan(examined.told["uniform"]["forgotten"]).all()
+    assert mean(examined, "cpa", "randomised") == pytest.approx(1.0)
+    assert mean(examined, "random", randomised_top(1)) == pytest.approx(1.0)
+    assert np.isnan(examined.scores["uniform"]["randomised"]).all()
 
 
 def test_what_is_made_of_the_networks_is_forgotten_and_may_come_back_upside_down(examined):
     for explainer in ("shapley", "leave_one_out", "attention"):
-        found = examined.told[explainer]["forgotten"]
+        found = examined.scores[explainer]["randomised"]
         assert found.min() < 0
-        assert mean(examined, explainer, "forgotten") < 0.6
+        assert mean(examined, explainer, "randomised") < 0.6
 
 
 def test_layers_are_forgotten_one_after_the_other_from_the_output_down(examined):
     assert examined.layers == 7
     # Attention is what the bottom three layers say: the head of the actor has no part in it.
-    assert mean(examined, "attention", after_layers(4)) == pytest.approx(1.0)
-    assert mean(examined, "attention", after_layers(6)) < 1.0
-    asked = np.isfinite(examined.told["shapley"][after_layers(1)])
+    assert mean(examined, "attention", randomised_top(4)) == pytest.approx(1.0)
+    assert mean(examined, "attention", randomised_top(6)) < 1.0
+    asked = np.isfinite(examined.scores["shapley"][randomised_top(1)])
     assert asked.sum() == -(-len(asked) // 4)
 
 
 def test_what_is_a_rudder_is_also_taken_as_it_is_told(examined):
-    for name, by in examined.told.items():
-        told = np.isfinite(by["as_told"])
-        assert told.all() if name in ("shapley", "leave_one_out", "gradient") else not told.any()
-        assert np.all(by["as_told"][told] >= by["infidelity"][told] - 1e-5)
-    assert mean(examined, "shapley", "as_told") < 1.0
+    for name, by in examined.scores.items():
+        defined = np.isfinite(by["unscaled_infidelity"])
+        assert (
+            defined.all() if name in ("shapley", "leave_one_out", "gradient") else not defined.any()
+        )
+        assert np.all(by["unscaled_infidelity"][defined] >= by["infidelity"][defined] - 1e-5)
+    assert mean(examined, "shapley", "unscaled_infidelity") < 1.0
 
 
 def test_scores_are_kept_to_the_bit_and_not_computed_again(examined, tmp_path):
@@ -82,17 +84,17 @@ def test_scores_are_kept_to_the_bit_and_not_computed_again(examined, tmp_path):
         raise AssertionError("examined again")
 
     pilot, kept = examined.pilot, ResultCache(tmp_path)
-    key = key_of(pilot, 32, 12, (3,))
-    assert kept_or(lambda: examined, kept, key, pilot) == (examined, False)
-    again, before = kept_or(never, kept, key, pilot)
+    key = cache_key(pilot, 32, 12, (3,))
+    assert load_or_compute(lambda: examined, kept, key, pilot) == (examined, False)
+    again, before = load_or_compute(never, kept, key, pilot)
     assert before
-    assert report("p", [again], "c", "m") == report("p", [examined], "c", "m")
-    assert key_of(pilot, 32, 13, (3,)) != key
-    assert key_of(load("paper-sum"), 32, 12, (3,)) != key
+    assert exam_report("p", [again], "c", "m") == exam_report("p", [examined], "c", "m")
+    assert cache_key(pilot, 32, 13, (3,)) != key
+    assert cache_key(load("paper-sum"), 32, 12, (3,)) != key
 
 
 def test_the_report_names_scenes_weights_and_a_verdict(examined):
-    text = report("paper-attention", [examined], "glasshelm exam", "a machine")
+    text = exam_report("paper-attention", [examined], "glasshelm exam", "a machine")
     assert f"{len(examined.voyage):,} scenes" in text
     assert examined.pilot.weights_sha256[:8] in text
     assert "20 comparisons with DCPA and TCPA" in text
@@ -100,30 +102,32 @@ def test_the_report_names_scenes_weights_and_a_verdict(examined):
 
 
 def test_scenes_are_those_in_which_a_ship_matters(pilot):
-    for group in scenes_of(pilot, 32, 5, (3,)):
+    for group in collect_scenes(pilot, 32, 5, (3,)):
         assert group.size <= 5
-        assert group.seen.present.shape == (group.size, group.ships)
-        assert bool(group.seen.present.all())
+        assert group.observation.present.shape == (group.size, group.ships)
+        assert bool(group.observation.present.all())
         assert bool((group.state.step % 20 == 0).all())
-    assert pytest.approx(np.radians(0.25)) == MATTERS_RAD
+    assert pytest.approx(np.radians(0.25)) == MIN_SHAPLEY_RAD
 
 
+@pytest.mark.slow
 def test_a_ship_whom_nobody_sees_turns_nobody(pilot):
-    group = scenes_of(pilot, 32, 3, (3,))[0]
+    group = collect_scenes(pilot, 32, 3, (3,))[0]
     encounter, state = jax.tree.map(lambda x: x[0], (group.encounter, group.state))
-    turned = turned_without(pilot.actor, encounter, state, pilot.trained.ship)
+    turned = heading_effects(pilot.actor, encounter, state, pilot.trained.ship)
     assert float(jnp.abs(turned).max()) > 0
 
     def blind(seen, fleet=None):
         return jnp.float32(0.1)
 
-    nobody = turned_without(blind, encounter, state, pilot.trained.ship)
+    nobody = heading_effects(blind, encounter, state, pilot.trained.ship)
     np.testing.assert_allclose(nobody, 0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_shaken_scenes_are_near_and_consistent():
     seen = observation(3)
-    other = shaken(seen, jax.random.key(0))
+    other = perturb_sensors(seen, jax.random.key(0))
     gap = np.abs(np.asarray(other.targets - seen.targets))[..., 0]
     assert 0 < gap.max() <= 10.0 / 20_000.0 + 1e-6
     distance = np.hypot(other.targets[..., 0], other.targets[..., 1]) / 2**0.5
@@ -132,7 +136,7 @@ def test_shaken_scenes_are_near_and_consistent():
 
 def test_forgetting_keeps_the_scale_of_every_matrix():
     actor = untrained("sum").actor
-    other = forgotten(actor, 0)
+    other = randomise_weights(actor, 0)
     for a, b in zip(jax.tree.leaves(actor), jax.tree.leaves(other), strict=True):
         np.testing.assert_allclose(np.sort(np.ravel(a)), np.sort(np.ravel(b)))
     assert float(actor(observation(3))) != float(other(observation(3)))
@@ -140,10 +144,10 @@ def test_forgetting_keeps_the_scale_of_every_matrix():
 
 def test_a_network_forgets_from_its_output_down_and_keeps_the_rest():
     actor = untrained("attention").actor
-    assert depth(actor) == 4
-    assert depth(None) == 0
-    first, two = forgotten(actor, 0, 1), forgotten(actor, 0, 2)
-    for other in (first, two, forgotten(actor, 0)):
+    assert count_layers(actor) == 4
+    assert count_layers(None) == 0
+    first, two = randomise_weights(actor, 0, 1), randomise_weights(actor, 0, 2)
+    for other in (first, two, randomise_weights(actor, 0)):
         assert not np.array_equal(other.head.weights[-1], actor.head.weights[-1])
         np.testing.assert_array_equal(other.head.weights[-1], first.head.weights[-1])
     np.testing.assert_array_equal(first.head.weights[-2], actor.head.weights[-2])
@@ -161,5 +165,5 @@ def test_the_interval_of_dependent_scenes_is_that_of_their_voyages():
     rng = np.random.default_rng(1)
     by_voyage = rng.normal(size=50)
     values = np.repeat(by_voyage, 20)
-    _, low, high = mean_with_interval([values], [np.repeat(np.arange(50), 20)])
-    assert high - low == pytest.approx(2 * 1.96 / np.sqrt(50), rel=0.35)
+    found = clustered_mean([values], [np.repeat(np.arange(50), 20)])
+    assert found.high - found.low == pytest.approx(2 * 1.96 / np.sqrt(50), rel=0.35)

@@ -17,6 +17,8 @@ from tests.missing import missing
 from glasshelm.feeds.feed_factory import create_feed, signalk_server
 from glasshelm.live.signalk_writer import SignalKWriter
 
+pytestmark = pytest.mark.slow
+
 #: AIS number under which the sample's own ship hears herself.
 ECHO = "230035780"
 

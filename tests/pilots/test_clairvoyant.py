@@ -10,18 +10,19 @@ import pytest
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
-from glasshelm.evaluation.rollout import sail
-from glasshelm.evaluation.types import Case
-from glasshelm.pilots.clairvoyant import Clairvoyant, Playback, record
-from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.pilots.clairvoyant import Clairvoyant, OraclePilot, Playback, record
+from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.planning.cross_entropy_search import (
     KnownEncounter,
     SearchSettings,
     improve_all,
-    rollout,
+    rollout_rudders,
 )
 from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.rollout import Case, rollout
+
+pytestmark = pytest.mark.slow
 
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
@@ -37,7 +38,7 @@ def known() -> KnownEncounter:
 
 @jax.jit
 def sail_all(known, rudders):
-    return jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))(known, rudders)
+    return jax.vmap(lambda k, r: rollout_rudders(k, r * k.ship.rudder_limit_rad))(known, rudders)
 
 
 @jax.jit
@@ -49,7 +50,7 @@ def in_the_world(known, rudders):
     """What an examination measures of the same rudders."""
     hull = np.full(known.encounter.present.shape, 100.0, np.float32)
     cases = Case(known.encounter, known.ship, known.steps, hull, hull)
-    return sail(Playback(jnp.asarray(rudders)), cases, STEPS)
+    return rollout(Playback(jnp.asarray(rudders)), cases, STEPS)
 
 
 def weaving():
@@ -100,9 +101,9 @@ def test_what_is_found_does_not_depend_on_the_company(known):
     assert isinstance(seer, OraclePilot)
     assert not isinstance(seer, Pilot)
     assert not isinstance(StraightPilot(), OraclePilot)
-    all_of_them = seer.knowing(known).rudders
+    all_of_them = seer.policy_for(known).rudders
     some = np.array([5, 2, 5])
     np.testing.assert_array_equal(
-        seer.knowing(jax.tree.map(lambda x: x[some], known)).rudders, all_of_them[some]
+        seer.policy_for(jax.tree.map(lambda x: x[some], known)).rudders, all_of_them[some]
     )
     assert np.abs(all_of_them).max() > 0.1

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import pytest
 from tests.pilots.scenes import colliding, observed
 
-from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.colregs.classification import EncounterType, classify_targets
 from glasshelm.pilots.cpa_rule import CpaSettings, cpa_course
 from glasshelm.planning.course_planner import situation_of
 from glasshelm.ship.nomoto import SHIPS
@@ -16,7 +16,12 @@ SHIP = SHIPS["paper"]
 SETTINGS = CpaSettings()
 
 _chosen = jax.jit(lambda s, o: cpa_course(s, o, SHIP, SETTINGS))
-_kinds = jax.jit(lambda s: meetings(situation_of(s, SHIP), jnp.zeros(())))
+
+
+@jax.jit
+def _kinds(observation):
+    at = situation_of(observation, SHIP)
+    return classify_targets(at.position, at.velocity, jnp.zeros(()))
 
 
 def course(*rows, steered_deg=0.0) -> float:
@@ -28,13 +33,13 @@ def course(*rows, steered_deg=0.0) -> float:
 @pytest.mark.parametrize(
     ("row", "part"),
     [
-        (colliding(180.0), Meeting.HEAD_ON),
-        (colliding(172.0), Meeting.HEAD_ON),
-        (colliding(270.0), Meeting.GIVE_WAY),
-        (colliding(90.0), Meeting.STAND_ON),
-        (colliding(0.0, 2.0), Meeting.OVERTAKING),
-        (colliding(10.0, 2.0), Meeting.OVERTAKING),
-        (colliding(10.0, 9.0), Meeting.OVERTAKEN),
+        (colliding(180.0), EncounterType.HEAD_ON),
+        (colliding(172.0), EncounterType.HEAD_ON),
+        (colliding(270.0), EncounterType.CROSSING_GIVE_WAY),
+        (colliding(90.0), EncounterType.CROSSING_STAND_ON),
+        (colliding(0.0, 2.0), EncounterType.OVERTAKING),
+        (colliding(10.0, 2.0), EncounterType.OVERTAKING),
+        (colliding(10.0, 9.0), EncounterType.OVERTAKEN),
     ],
 )
 def test_her_part_in_a_meeting(row, part):
@@ -44,8 +49,8 @@ def test_her_part_in_a_meeting(row, part):
 def test_in_the_mirror_who_gives_way_changes_and_nothing_else():
     crossing = colliding(250.0)
     mirrored = (-crossing[0], crossing[1], -crossing[2], crossing[3])
-    assert int(_kinds(observed(crossing))[0]) == Meeting.GIVE_WAY
-    assert int(_kinds(observed(mirrored))[0]) == Meeting.STAND_ON
+    assert int(_kinds(observed(crossing))[0]) == EncounterType.CROSSING_GIVE_WAY
+    assert int(_kinds(observed(mirrored))[0]) == EncounterType.CROSSING_STAND_ON
 
 
 @pytest.mark.parametrize("course_deg", [180.0, 225.0, 270.0, 300.0])

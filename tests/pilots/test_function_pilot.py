@@ -52,6 +52,7 @@ def module(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
 
 
+@pytest.mark.slow
 def test_a_function_of_numpy_steers_as_one_of_jax(module):
     traced, plain = pilot_named("somebodys:traced"), pilot_named("somebodys:plain")
     assert (traced.traced, plain.traced) == (True, False)

@@ -13,13 +13,15 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.env.step import reset, step
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.pilots.guarded import GuardedPilot, learned_in
-from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import bundled, load, names, pilot_named
+from glasshelm.pilots.guarded import GuardedPilot
+from glasshelm.pilots.protocols import Pilot, TrainedPilot
+from glasshelm.pilots.registry import bundled_pilots, load, pilot_named, pilot_names
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.voyage import simulate
+
+pytestmark = pytest.mark.slow
 
 SHIP = SHIPS["paper"]
 
@@ -40,7 +42,8 @@ def sailed(pilot, encounter, steps):
 
     def go(carry, _):
         state, memory = carry
-        action, memory = pilot.steer(state.observation, memory)
+        decision, memory = pilot.decide(state.observation, memory)
+        action = decision.rudder
         out = step(encounter, state, action * SHIP.rudder_limit_rad, SHIP)
         guards = getattr(memory, "engaged", jnp.zeros((), bool))
         margin = jnp.where(encounter.present, out.margin, -1.0).max()
@@ -58,18 +61,18 @@ def test_its_names(tmp_path):
     assert isinstance(mine, Pilot)
     assert mine.name == "mine-guarded"
     assert mine.weights_sha256 == glasshelm.load(tmp_path / "mine.safetensors").weights_sha256
-    assert {f"{name}-guarded" for name in bundled()} <= set(names())
+    assert {f"{name}-guarded" for name in bundled_pilots()} <= set(pilot_names())
     with pytest.raises(InputError, match=r"unknown pilot 'nobody': .*paper-sum"):
         pilot_named("nobody-guarded")
     with pytest.raises(InputError, match="unknown pilot 'paper-cpa': choose one of large-ship-att"):
         pilot_named("paper-cpa-guarded")
 
 
-def test_whose_reasons_can_be_told():
+def test_which_pilots_can_explain_any_rudder():
     pilot = untrained()
-    assert learned_in(pilot) is pilot
-    assert learned_in(GuardedPilot(pilot)) is pilot
-    assert learned_in(StraightPilot()) is None
+    assert isinstance(pilot, TrainedPilot)
+    assert isinstance(GuardedPilot(pilot), TrainedPilot)
+    assert not isinstance(StraightPilot(), TrainedPilot)
 
 
 def test_a_way_that_keeps_clear_is_the_pilots_own():
@@ -106,11 +109,12 @@ def test_one_world_and_many_are_steered_alike():
     encounters = [meeting(colliding(c, tcpa_s=900)) for c in (180, 270)]
     observed = [reset(e, SHIP).observation for e in encounters]
     batch = jax.tree.map(lambda *x: jnp.stack(x), *observed)
-    helm = BatchedPilot(pilot)
-    together, memory = helm(batch, helm.start(2))
+    policy = BatchedPilot(pilot)
+    together, memory = eqx.filter_jit(policy)(batch, policy.start(2))
+    decide = eqx.filter_jit(lambda pilot, *given: pilot.decide(*given))
     for k, one in enumerate(observed):
-        alone, own = pilot.steer(one, pilot.start())
-        np.testing.assert_allclose(together[k], alone, atol=1e-5)
+        alone, own = decide(pilot, one, pilot.start())
+        np.testing.assert_allclose(together[k], alone.rudder, atol=1e-5)
         assert bool(memory.engaged[k]) == bool(own.engaged)
 
 

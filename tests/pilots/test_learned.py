@@ -1,6 +1,4 @@
 import dataclasses
-import subprocess
-import sys
 
 import equinox as eqx
 import jax
@@ -15,7 +13,7 @@ from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.env.step import EnvSettings
 from glasshelm.env.training_envelope import MAX_FEATURE
 from glasshelm.networks.checkpoint import CheckpointError, save_tree
-from glasshelm.pilots import learned, registry
+from glasshelm.pilots import decide, registry
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
 
@@ -45,39 +43,37 @@ def test_weights_come_back_as_they_went(tmp_path, kind, critic):
     assert pilot.trained.ship == SHIP
 
 
+@pytest.mark.slow
 def test_decision_is_the_actors_and_within_the_rudder_limit(weights):
     pilot = glasshelm.load(str(weights))
-    steer = eqx.filter_jit(lambda seen: pilot.steer(seen, pilot.start())[0])
     for ships in (0, 3):
         seen = observation(ships)
-        decided = pilot.decide(seen)
-        action = steer(seen)
-        np.testing.assert_allclose(decided.action, action, atol=1e-6)
-        np.testing.assert_allclose(decided.rudder_rad, action * SHIP.rudder_limit_rad, atol=1e-6)
-        assert abs(float(decided.rudder_rad)) <= SHIP.rudder_limit_rad
+        decided = glasshelm.explain(pilot, seen)
+        np.testing.assert_allclose(decided.rudder, pilot.actor(seen), atol=1e-6)
+        assert abs(float(decided.rudder)) <= 1
         assert decided.explanation.value.by_ship.shape == (ships,)
 
 
 def test_more_ships_within_the_same_slots_compile_nothing():
     pilot = untrained()
-    pilot.decide(observation(4))
-    before = learned._decide._cached._cache_size()
-    pilot.decide(observation(3))
-    assert learned._decide._cached._cache_size() == before
+    glasshelm.explain(pilot, observation(4))
+    before = decide._decide._cached._cache_size()
+    glasshelm.explain(pilot, observation(3))
+    assert decide._decide._cached._cache_size() == before
 
 
 def test_a_number_that_is_none_is_named():
     pilot, seen = untrained(), observation(3)
     bad = eqx.tree_at(lambda o: o.targets, seen, seen.targets.at[1, 2, 4].set(jnp.nan))
     with pytest.raises(InputError, match=r"ship 2 .*vy") as caught:
-        pilot.decide(bad)
+        glasshelm.explain(pilot, bad)
     one_line(caught)
     bad = eqx.tree_at(lambda o: o.waypoint, seen, seen.waypoint.at[0, 1].set(jnp.inf))
     with pytest.raises(InputError, match=r"waypoint .*dy"):
-        pilot.decide(bad)
+        glasshelm.explain(pilot, bad)
     empty = eqx.tree_at(lambda o: o.present, seen, jnp.zeros(3, bool))
     hidden = eqx.tree_at(lambda o: o.targets, empty, jnp.full_like(seen.targets, jnp.nan))
-    assert np.isfinite(pilot.decide(hidden).rudder_rad)
+    assert np.isfinite(glasshelm.explain(pilot, hidden).rudder)
 
 
 def test_an_unknown_pilot_is_answered_with_the_known_ones(monkeypatch, tmp_path):
@@ -157,21 +153,15 @@ def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
     assert pilot.trained.world == env
 
 
-def test_importing_the_package_imports_no_jax():
-    code = "import glasshelm, sys; assert 'jax' not in sys.modules; glasshelm.load"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-    with pytest.raises(AttributeError, match="has no attribute 'lode'"):
-        glasshelm.lode  # noqa: B018
-
-
-@pytest.mark.parametrize("name", registry.bundled())
+@pytest.mark.slow
+@pytest.mark.parametrize("name", registry.bundled_pilots())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
     pilot, seen = glasshelm.load(name), observation(2)
     seen = jax.tree.map(
         lambda x: x if x.dtype == bool else jnp.full_like(x, sign * MAX_FEATURE), seen
     )
-    told = jax.tree.leaves(eqx.filter(pilot.decide(seen), eqx.is_array))
+    told = jax.tree.leaves(eqx.filter(glasshelm.explain(pilot, seen), eqx.is_array))
     assert all(np.isfinite(leaf).all() for leaf in told if leaf.dtype.kind == "f")
     with pytest.raises(InputError, match="impossible"):
-        pilot.decide(jax.tree.map(lambda x: x if x.dtype == bool else x * 1e32, seen))
+        glasshelm.explain(pilot, jax.tree.map(lambda x: x if x.dtype == bool else x * 1e32, seen))

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from tests.pilots.scenes import AGILE, colliding, observed
 
-from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.colregs.classification import EncounterType, classify_targets
 from glasshelm.core.geometry import Cpa, Vector, direction, norm, velocity
 from glasshelm.encounters.imazu import imazu_cases, imazu_scenario
 from glasshelm.encounters.types import Encounter
@@ -77,6 +77,7 @@ def test_velocity_obstacles_choose_the_same_course(sights):
     assert sum(abs(ours[c] - theirs[c]) <= 5 for c in CASES) >= 16
 
 
+@pytest.mark.slow
 def test_scenario_mpc_alters_to_the_same_side_and_mostly_by_as_much(sights):
     """The reference adds a safety distance for each ship and measures risk by one of them.
 
@@ -156,11 +157,11 @@ def test_the_cpa_rule_alters_to_the_reference_s_side_by_no_less_than_it_must():
 #: Names of the reference of Kuwata's form for ours. It asks from which side own ship is seen and
 #: not on which the other is: its "CR_PS", named for port, is a ship from starboard.
 KUWATA = {
-    "HO": Meeting.HEAD_ON,
-    "OT_ing": Meeting.OVERTAKING,
-    "OT_en": Meeting.OVERTAKEN,
-    "CR_PS": Meeting.GIVE_WAY,
-    "CR_SS": Meeting.STAND_ON,
+    "HO": EncounterType.HEAD_ON,
+    "OT_ing": EncounterType.OVERTAKING,
+    "OT_en": EncounterType.OVERTAKEN,
+    "CR_PS": EncounterType.CROSSING_GIVE_WAY,
+    "CR_SS": EncounterType.CROSSING_STAND_ON,
 }
 
 
@@ -180,7 +181,11 @@ def test_courses_against_the_rules_are_those_of_kuwata_s_reference(sights):
         motion = Vector(at.velocity.x - own.x, at.velocity.y - own.y)
         angle = direction(at.position) - direction(motion)
         between = (norm(motion) < 0.01) | (jnp.abs(jnp.sin(2.0 * angle)) < 1e-3)
-        return passes_to_starboard(at.position, motion), between, meetings(at, jnp.zeros(()))
+        return (
+            passes_to_starboard(at.position, motion),
+            between,
+            _types(s),
+        )
 
     against, between, kinds = map(np.asarray, look(sights))
     compared = 0
@@ -197,11 +202,16 @@ def test_courses_against_the_rules_are_those_of_kuwata_s_reference(sights):
 
 #: The reference's names for ours; it has none for being overtaken.
 NAMES = {
-    "head_on": Meeting.HEAD_ON,
-    "crossing_give_way": Meeting.GIVE_WAY,
-    "crossing_stand_on": Meeting.STAND_ON,
-    "overtaking": Meeting.OVERTAKING,
+    "head_on": EncounterType.HEAD_ON,
+    "crossing_give_way": EncounterType.CROSSING_GIVE_WAY,
+    "crossing_stand_on": EncounterType.CROSSING_STAND_ON,
+    "overtaking": EncounterType.OVERTAKING,
 }
+
+
+def _types(observation):
+    at = situation_of(observation, SHIP)
+    return classify_targets(at.position, at.velocity, jnp.zeros(()))
 
 
 def test_meetings_are_named_alike_where_both_go_by_the_rules(sights):
@@ -210,7 +220,7 @@ def test_meetings_are_named_alike_where_both_go_by_the_rules(sights):
     Rule 13 asks from where one comes up: we look at the aspect. And at
     exactly 90° of crossing it has a gap ("safe"). Elsewhere both agree.
     """
-    kinds = jax.jit(jax.vmap(lambda s: meetings(situation_of(s, SHIP), jnp.zeros(()))))(sights)
+    kinds = jax.jit(jax.vmap(_types))(sights)
     compared = 0
     for i, case in enumerate(CASES):
         for j, (course, _) in enumerate(imazu_cases()[case]):
@@ -218,7 +228,10 @@ def test_meetings_are_named_alike_where_both_go_by_the_rules(sights):
             turned = abs((course + 180) % 360 - 180)
             if turned == 90.0:
                 assert theirs == "safe"
-                assert kinds[i, j] in (Meeting.GIVE_WAY, Meeting.STAND_ON)
+                assert kinds[i, j] in (
+                    EncounterType.CROSSING_GIVE_WAY,
+                    EncounterType.CROSSING_STAND_ON,
+                )
             elif 0.0 < turned <= 67.5:
                 assert theirs == "overtaking"
             else:

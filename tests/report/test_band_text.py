@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.voyages import Other, voyage
 
-from glasshelm.certify.rudder_band import Band
+from glasshelm.certify.rudder_band import RudderBand
 from glasshelm.frames.schema import Band as Drawn
 from glasshelm.frames.series import to_series
 from glasshelm.report.band_text import certainty_text, full_band_text, short_band_text
@@ -21,7 +21,7 @@ SHIP = Other("Aurora", 3000.0, 3000.0, 270.0, share_deg=lambda k: 3.0)
 
 def band(low_deg: float, high_deg: float, position_m: float = 10.0) -> Drawn:
     low, high = math.radians(low_deg), math.radians(high_deg)
-    side = {1: "starboard", 0: None, -1: "port"}[Band(low, high).turn]
+    side = {1: "starboard", 0: None, -1: "port"}[RudderBand(low, high).turn]
     return Drawn(low, high, position_m, math.radians(0.5), 0.1 * KNOT_M_S, side)
 
 

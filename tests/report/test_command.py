@@ -18,6 +18,7 @@ def drawn(monkeypatch):
     return asked
 
 
+@pytest.mark.slow
 def test_an_encounter_is_sailed_logged_and_told(tmp_path, drawn, capsys):
     out = tmp_path / "out"
     status = main(["explain", "imazu:1", "--pilot", "straight", "--steps", "20", "--out", str(out)])

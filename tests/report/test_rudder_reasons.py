@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from tests.report.adding import ROUNDED_DEG, told_sum
 from tests.voyages import Other, plain, voyage
 
-from glasshelm.colregs.classification import Kind
+from glasshelm.colregs.classification import EncounterType
 from glasshelm.frames.episodes import Episode
 from glasshelm.frames.series import to_series
 from glasshelm.report.rudder_reasons import disagreement_text, reason_text
@@ -143,9 +143,11 @@ def test_the_rules_are_those_of_the_meeting_where_it_is_known():
     voyage = told(3.0, alone=0.0, course=90.0, east=-6500.0)
     assert "Rule 17" in disagreement_text(voyage, TURN)
     (ship,) = voyage.ships
-    assert disagreement_text(voyage, TURN, kinds={ship.id: Kind.CROSSING_GIVE_WAY}) == ""
+    assert disagreement_text(voyage, TURN, kinds={ship.id: EncounterType.CROSSING_GIVE_WAY}) == ""
     assert disagreement_text(voyage, TURN, kinds={}) == ""
-    assert "Rule 17" in disagreement_text(voyage, TURN, kinds={ship.id: Kind.CROSSING_STAND_ON})
+    assert "Rule 17" in disagreement_text(
+        voyage, TURN, kinds={ship.id: EncounterType.CROSSING_STAND_ON}
+    )
 
 
 def test_no_rule_is_quoted_for_a_ship_that_is_stopped():

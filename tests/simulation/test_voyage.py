@@ -59,7 +59,7 @@ def test_frames_are_the_worlds_own_states():
     frames = list(simulate(made, untrained(), steps=20))
     state = reset(made.encounter, SHIP)
     go = jax.jit(lambda s, a: step(made.encounter, s, a * SHIP.rudder_limit_rad, SHIP))
-    steer = jax.jit(lambda observation: untrained().steer(observation, ())[0])
+    steer = jax.jit(lambda observation: untrained().decide(observation, ())[0].rudder)
     values = eqx.filter_jit(untrained().critic)
     reward = None
     for frame in frames:

@@ -67,6 +67,7 @@ def test_pilot_of_a_log_must_be_bundled_and_have_the_same_weights():
     assert pilot_of(msgspec.structs.replace(frame, pilot="straight")).name == "straight"
 
 
+@pytest.mark.slow
 def test_command_prints_a_table_and_writes_both_futures(tmp_path, capsys):
     log, out = tmp_path / "log.jsonl", tmp_path / "out"
     write_log(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])

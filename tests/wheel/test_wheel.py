@@ -11,6 +11,8 @@ import pytest
 
 import glasshelm
 
+pytestmark = pytest.mark.slow
+
 PLACE = Path(glasshelm.__file__).parent
 
 
@@ -40,15 +42,14 @@ def test_data_are_inside():
 def test_every_bundled_pilot_steers():
     from glasshelm.encounters.scenario_factory import scenario_from
     from glasshelm.env.step import reset
-    from glasshelm.pilots.registry import bundled
+    from glasshelm.pilots.registry import bundled_pilots
     from glasshelm.ship.nomoto import SHIPS
 
     scenario = scenario_from("imazu:5", SHIPS["paper"])
     observation = reset(scenario.encounter, scenario.ship).observation
-    for name in bundled():
+    for name in bundled_pilots():
         pilot = glasshelm.load(name)
-        rudder, _ = pilot.steer(observation, pilot.start())
-        assert -1 < float(rudder) < 1
+        assert -1 < float(glasshelm.explain(pilot, observation).rudder) < 1
 
 
 @pytest.mark.parametrize("source", ["random:1", "imazu:8b", "gulf-of-finland"])

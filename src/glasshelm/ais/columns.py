@@ -48,6 +48,8 @@ REQUIRED = ("time", "mmsi", "latitude", "longitude")
 
 TIME = "time {} is none from 1990 to 2100 (ISO 8601, dd/mm/yyyy hh:mm:ss, or seconds since 1970)"
 MMSI_TEXT = "MMSI {} is no number"
+MMSI_ROUNDED = "MMSI {} is rounded: its last digits are lost"
+NO_NUMBER = "{} {} is no number"
 MMSI_RANGE = "MMSI {} is none (1 to 999999999)"
 NO_MMSI = "without MMSI"
 
@@ -115,6 +117,10 @@ def to_recording(
     readable = identified & ~no_time
     if "latitude" in columns and "longitude" in columns:
         latitude, longitude = numbers("latitude"), numbers("longitude")
+        for column, values in (("latitude", latitude), ("longitude", longitude)):
+            no_number = readable & np.isnan(values) & ~_is_null(columns[column])
+            errors.add_mask(NO_NUMBER.format(column, "{}"), no_number, rows, columns[column])
+            readable &= ~no_number
     else:
         latitude, longitude = _points(columns["point"])
     mmsi = np.where(readable, mmsi, NOT_A_SHIP).astype(np.int64)
@@ -140,19 +146,35 @@ def _identities(
         return _by_value(columns[column], lambda x: float(test(str(x).strip().lower()))) == 1.0
 
     own = matches("kind", lambda text: text == "own")
-    null = texts.is_null(nan_is_null=True).to_numpy(zero_copy_only=False)
-    empty = (null | (given == 0)) & ~own
+    empty = (_is_null(texts) | (given == 0)) & ~own
     no_number = np.isnan(given) & ~empty & ~own
     out = ~(is_mmsi(given) & (np.floor(given) == given)) & ~empty & ~no_number & ~own
+    rounded = (
+        matches("mmsi", _is_rounded) & ~(own | out)
+        if _is_text(texts)
+        else np.zeros(len(rows), bool)
+    )
     errors.add_mask(NO_MMSI, empty, rows, None)
+    errors.add_mask(MMSI_ROUNDED, rounded, rows, texts)
     errors.add_mask(MMSI_TEXT, no_number, rows, texts)
     errors.add_mask(MMSI_RANGE, out, rows, texts)
     station = matches("station", lambda text: bool(_STATIONS.search(normalized(text))))
     if "message" in columns:
         station |= np.isin(_numbers(columns["message"], False), _STATION_MESSAGES)
-    identified = own | ~(empty | no_number | out)
+    identified = own | ~(empty | no_number | out | rounded)
     mmsi = np.select([own, station, identified], [OWN_SENSORS, NOT_A_SHIP, given], NOT_A_SHIP)
     return mmsi, identified
+
+
+def _is_null(values: pa.Array) -> np.ndarray:
+    return values.is_null(nan_is_null=True).to_numpy(zero_copy_only=False)
+
+
+def _is_rounded(text: str) -> bool:
+    """Whether a number has an exponent and at most the six digits of ``%g``: ``2.57E+08``."""
+    mantissa, exponent, power = text.partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    return bool(exponent and _NUMBER.match(text)) and decimals < min(int(power), 6)
 
 
 def _by_value(values: pa.Array, to_number: Callable[[object], float]) -> np.ndarray:

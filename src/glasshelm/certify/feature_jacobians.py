@@ -19,12 +19,13 @@ import numpy as np
 from jaxtyping import Float
 
 from glasshelm.certify.interval_arithmetic import (
-    QUARTER,
+    QUARTER_TURN,
     Interval,
     Jet,
-    around,
-    exactly,
+    ball,
+    concatenate,
     hull,
+    point,
     polar,
     stack,
     where,
@@ -32,8 +33,6 @@ from glasshelm.certify.interval_arithmetic import (
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.env.observe import ANGLE_RAD, DISTANCE_M, FRAMES, LENGTH_M, SPEED_M_S, TIME_S
 
-#: The path from one frame's plot to the next is cut into so many parts.
-PARTS = 1
 #: What is nearer to a kink than this counts as on it: float32 may have lost so much.
 _NEAR_M, _NEAR_HOUR_S = 0.1, 1.0
 _DCPA = 2  # of the four numbers of a meeting
@@ -45,7 +44,7 @@ _UNITS = np.array(
 
 
 @dataclasses.dataclass(frozen=True)
-class Derivatives:
+class FeatureJacobians:
     """∂f/∂m of each frame, and of the difference of neighbouring frames (newer − older).
 
     ``frames`` [..., 5, f, 6]; ``steps`` [..., 4, f, 6] is anything where a kink lies on the
@@ -62,28 +61,25 @@ class Derivatives:
 
 @dataclasses.dataclass(frozen=True)
 class _Stretches:
-    """Boxes of plots: around each frame, then around each part of the paths between them.
+    """Boxes of plots: around each frame, then around each path from one to the next.
 
-    ``way`` is the whole Δm of the path that a part belongs to, 0 for a frame.
+    ``way`` is Δm along a path, 0 for a frame.
     """
 
-    middle: Float[np.ndarray, "*b stretch 6"]
+    midpoint: Float[np.ndarray, "*b stretch 6"]
     radius: Float[np.ndarray, "*b stretch 6"]
     way: Float[np.ndarray, "*b stretch 6"]
 
     def number(self, i: int) -> Jet:
-        return Jet(around(self.middle[..., i], self.radius[..., i]), exactly(self.way[..., i]))
+        return Jet(ball(self.midpoint[..., i], self.radius[..., i]), point(self.way[..., i]))
 
 
 def _stretches(m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]) -> _Stretches:
     way = m[..., :-1, :] - m[..., 1:, :]
     way = np.where(_ANGLES, (way + np.pi) % (2 * np.pi) - np.pi, way)
-    share = ((np.arange(PARTS) + 0.5) / PARTS)[:, None]
-    middle = m[..., 1:, None, :] + share * way[..., None, :]
-    middle = middle.reshape(*m.shape[:-2], -1, 6)
-    way = np.repeat(way, PARTS, -2)
-    radius = np.abs(way) / (2 * PARTS) * (1 + 1e-9) + box[..., None, :]
-    whole = np.concatenate([m, middle], -2)
+    midpoint = m[..., 1:, :] + 0.5 * way
+    radius = np.abs(way) / 2 * (1 + 1e-9) + box[..., None, :]
+    whole = np.concatenate([m, midpoint], -2)
     boxes = np.broadcast_to(box[..., None, :], (*radius.shape[:-2], FRAMES, 6))
     whole, still = np.broadcast_arrays(whole, np.zeros(6))
     way = np.concatenate([still[..., :FRAMES, :], way], -2)
@@ -94,16 +90,16 @@ class _Place:
     """A point (east, north) in polar coordinates."""
 
     def __init__(self, at: _Stretches):
-        east, north = at.middle[..., 0], at.middle[..., 1]
+        east, north = at.midpoint[..., 0], at.midpoint[..., 1]
         self.at, centre = at, np.arctan2(east, north)
         ahead, aside = self.spread(centre)
         range_m = np.hypot(east, north)
-        length, turn = polar(around(range_m, ahead), around(np.zeros_like(range_m), aside))
+        length, turn = polar(ball(range_m, ahead), ball(np.zeros_like(range_m), aside))
         bearing = turn + centre
         self.speed = np.hypot(at.way[..., 0], at.way[..., 1])
         self.track = np.arctan2(at.way[..., 0], at.way[..., 1])
         self.range = Jet(length, self.going(bearing))
-        self.bearing = Jet(bearing, self.going(bearing + QUARTER) / length)
+        self.bearing = Jet(bearing, self.going(bearing + QUARTER_TURN) / length)
 
     def spread(self, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far it may be off, along a direction and across."""
@@ -126,15 +122,15 @@ class _Place:
 def _sway(numbers: list, x) -> list:
     """w(x), of intervals or of jets: the velocity's derivatives in (h, own, c, s), along x."""
     h, own, c, s = numbers
-    mine, hers = x - h, x - c
-    return [-(own * mine.sine()), -mine.cosine(), s * hers.sine(), hers.cosine()]
+    mine, theirs = x - h, x - c
+    return [-(own * mine.sine()), -mine.cosine(), s * theirs.sine(), theirs.cosine()]
 
 
 def _towards(numbers: list[Jet], x: np.ndarray) -> tuple[Interval, Interval]:
     """The relative velocity along a direction and across, to starboard of it."""
     h, own, c, s = (jet.value for jet in numbers)
-    mine, hers = h - x, c - x
-    return s * hers.cosine() - own * mine.cosine(), s * hers.sine() - own * mine.sine()
+    mine, theirs = h - x, c - x
+    return s * theirs.cosine() - own * mine.cosine(), s * theirs.sine() - own * mine.sine()
 
 
 def _total(parts: list[Interval], way: np.ndarray) -> Interval:
@@ -146,30 +142,30 @@ def _total(parts: list[Interval], way: np.ndarray) -> Interval:
 
 def _velocity(at: _Stretches, numbers: list[Jet]) -> tuple[Jet, Jet]:
     """Size and direction of the relative velocity."""
-    h, own, c, s = (at.middle[..., i] for i in range(2, 6))
+    h, own, c, s = (at.midpoint[..., i] for i in range(2, 6))
     east, north = s * np.sin(c) - own * np.sin(h), s * np.cos(c) - own * np.cos(h)
     centre = np.arctan2(east, north)
     size, turn = polar(*_towards(numbers, centre))
     direction, values = turn + centre, [jet.value for jet in numbers]
     way = at.way[..., 2:]
     faster = _total(_sway(values, direction), way)
-    turning = _total(_sway(values, direction + QUARTER), way) / size
+    turning = _total(_sway(values, direction + QUARTER_TURN), way) / size
     return Jet(size, faster), Jet(direction, turning)
 
 
 def _later(at: _Stretches, place: _Place, numbers: list[Jet], time: np.ndarray) -> tuple[Jet, Jet]:
     """Distance and direction of where the target will be after ``time``."""
-    h, own, c, s = (at.middle[..., i] for i in range(2, 6))
-    east = at.middle[..., 0] + time * (s * np.sin(c) - own * np.sin(h))
-    north = at.middle[..., 1] + time * (s * np.cos(c) - own * np.cos(h))
+    h, own, c, s = (at.midpoint[..., i] for i in range(2, 6))
+    east = at.midpoint[..., 0] + time * (s * np.sin(c) - own * np.sin(h))
+    north = at.midpoint[..., 1] + time * (s * np.cos(c) - own * np.cos(h))
     centre = np.arctan2(east, north)
-    off = at.middle[..., :2]
+    off = at.midpoint[..., :2]
     here = (
         off[..., 0] * np.sin(centre) + off[..., 1] * np.cos(centre),
         off[..., 0] * np.cos(centre) - off[..., 1] * np.sin(centre),
     )
     both = [
-        around(x, spread + 1e-9 * (1 + np.abs(x))) + moved * time
+        ball(x, spread + 1e-9 * (1 + np.abs(x))) + moved * time
         for x, spread, moved in zip(
             here, place.spread(centre), _towards(numbers, centre), strict=True
         )
@@ -182,14 +178,14 @@ def _later(at: _Stretches, place: _Place, numbers: list[Jet], time: np.ndarray) 
 
     return (
         Jet(length, going(direction)),
-        Jet(direction, going(direction + QUARTER) / length),
+        Jet(direction, going(direction + QUARTER_TURN) / length),
     )
 
 
 def _matrix(rows: list[list[Jet | None]], like: np.ndarray) -> Jet:
     """Rows of jets as one [..., rows, 6]; None is 0."""
-    nought = exactly(np.zeros_like(like))
-    flat = [[Jet(nought, nought) if x is None else x for x in row] for row in rows]
+    zero = point(np.zeros_like(like))
+    flat = [[Jet(zero, zero) if x is None else x for x in row] for row in rows]
     return Jet(
         stack([stack([x.value for x in row]) for row in flat], -2),
         stack([stack([x.rate for x in row]) for row in flat], -2),
@@ -198,10 +194,10 @@ def _matrix(rows: list[list[Jet | None]], like: np.ndarray) -> Jet:
 
 def _placed(place: _Place, h: Jet) -> tuple[list, list, list]:
     """Rows dx, dy, bearing and distance; rows of the bearing's sine and cosine; values."""
-    dx, dy = place.along(h + QUARTER), place.along(h)
+    dx, dy = place.along(h + QUARTER_TURN), place.along(h)
     sine, cosine = place.bearing.sine(), place.bearing.cosine()
     away = place.range.reciprocal()
-    none, one = None, Jet(exactly(np.ones_like(dx.value.low)), dx.rate * 0.0)
+    none, one = None, Jet(point(np.ones_like(dx.value.low)), dx.rate * 0.0)
     rows = [
         [h.cosine(), -h.sine(), -dy, none, none, none],
         [h.sine(), h.cosine(), dx, none, none, none],
@@ -217,16 +213,16 @@ def _placed(place: _Place, h: Jet) -> tuple[list, list, list]:
     return rows, circle, [dx.value, dy.value, relative.value, place.range.value]
 
 
-def target_derivatives(
+def target_jacobians(
     m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]
-) -> Derivatives:
+) -> FeatureJacobians:
     """Of Eq. 11 in all six numbers of a plot."""
     at = _stretches(m, box)
     place, numbers = _Place(at), [at.number(i) for i in range(2, 6)]
     h, own, c, s = numbers
     observation, circle, (dx, dy, bearing, range_) = _placed(place, h)
     none = None
-    minus = Jet(exactly(np.full_like(dx.low, -1.0)), dx * 0.0)
+    minus = Jet(point(np.full_like(dx.low, -1.0)), dx * 0.0)
     aspect = c - h
     to_side, to_ahead = s * aspect.sine(), s * aspect.cosine()
     moving = [
@@ -237,14 +233,14 @@ def target_derivatives(
     # The CPA on an endless course.
     size, way = _velocity(at, numbers)
     slow = size.reciprocal()
-    across = way + QUARTER
+    across = way + QUARTER_TURN
     miss, ahead = place.along(across), place.along(way)
     faster, turning = _sway(numbers, way), [x * slow for x in _sway(numbers, across)]
     off = way - h
     side, front = off.cosine(), off.sine()
     cpa_dx, cpa_dy = miss * side, -(miss * front)
     mirror = way * 2.0 - h
-    swing = -place.along(mirror), -place.along(mirror + QUARTER)
+    swing = -place.along(mirror), -place.along(mirror + QUARTER_TURN)
     east, north = across.sine(), across.cosine()
     free = [
         [side * east, side * north, *(swing[0] * x for x in turning)],
@@ -273,7 +269,7 @@ def target_derivatives(
         [cpa_dx.value, dx + speeds[0] * time],
         [cpa_dy.value, dy + speeds[1] * time],
         [miss.value.absolute(), distance.value],
-        [tcpa, exactly(time)],
+        [tcpa, point(time)],
     ]
     like = dx.low
     bent, meeting = _bent(
@@ -281,15 +277,15 @@ def target_derivatives(
     )
     rows = _matrix([*observation[:3], *moving, observation[3]], like)
     unit = _UNITS[:, None]
-    value = Interval(*(np.concatenate(x, -2) for x in _pairs(rows.value, bent.value)))
-    rate = Interval(*(np.concatenate(x, -2) for x in _pairs(rows.rate, bent.rate)))
+    value = concatenate([rows.value, bent.value], -2)
+    rate = concatenate([rows.rate, bent.rate], -2)
     features = stack([dx, dy, bearing, *speeds, range_, *meeting])
     return _gathered(at, _over(value, unit), _over(rate, unit), _over(features, _UNITS), circle)
 
 
-def waypoint_derivatives(
+def waypoint_jacobians(
     m: Float[np.ndarray, "*b frames 6"], box: Float[np.ndarray, "*b 6"]
-) -> Derivatives:
+) -> FeatureJacobians:
     """Of Eq. 10."""
     at = _stretches(m, box)
     place, h = _Place(at), at.number(2)
@@ -300,16 +296,12 @@ def waypoint_derivatives(
     return _gathered(at, _over(rows.value, unit), _over(rows.rate, unit), features, circle)
 
 
-def _pairs(a: Interval, b: Interval) -> tuple[tuple, tuple]:
-    return (a.low, b.low), (a.high, b.high)
-
-
 def _over(x: Interval, unit: np.ndarray) -> Interval:
     return x * (1.0 / unit)
 
 
 def _scaled(x: Jet, time: np.ndarray) -> Jet:
-    return x * exactly(time)
+    return x * point(time)
 
 
 def _sum(a: Jet | None, b: Jet | None, time: np.ndarray) -> Jet | None:
@@ -336,13 +328,13 @@ def _bent(
     column = np.arange(4) == _DCPA
     flip = np.where(port[..., None] & column, -1.0, 1.0)[..., None]
     of_miss = free.value[..., _DCPA, :]
-    either = Interval(-of_miss.size, of_miss.size)
+    either = Interval(-of_miss.magnitude, of_miss.magnitude)
     value = free.value * flip
     known = (starboard | port)[..., None]
     dcpa = where(known, value[..., _DCPA, :], either)
     value = where(column[:, None], dcpa[..., None, :], value)
     most, least = CPA_HORIZON_S - _NEAR_HOUR_S, CPA_HORIZON_S + _NEAR_HOUR_S
-    inside = tcpa.size < most
+    inside = tcpa.magnitude < most
     beyond = (tcpa.low > least) | (tcpa.high < -least)
     astride = (tcpa.high >= most) & (tcpa.low <= -most)
     anything = Interval(np.full_like(value.low, -np.inf), np.full_like(value.low, np.inf))
@@ -360,35 +352,26 @@ def _bent(
     farthest = range_.high
     limits = [(-farthest, farthest)] * 2 + [(0.0 * farthest, farthest)]
     limits.append((-CPA_HORIZON_S + 0.0 * farthest, CPA_HORIZON_S + 0.0 * farthest))
-    found = []
+    limited = []
     for (a, b), limit in zip(values, limits, strict=True):
         wide = Interval(*limit)
-        found.append(choose(a, b, where(astride, wide, hull(a, b))).within(*limit))
-    return Jet(whole, rate), found
+        limited.append(choose(a, b, where(astride, wide, hull(a, b))).within(*limit))
+    return Jet(whole, rate), limited
 
 
 def _gathered(
     at: _Stretches, value: Interval, rate: Interval, features: Interval, circle: list[list]
-) -> Derivatives:
-    """Frames are boxes, steps the means over the parts of their paths."""
-    axis = at.middle.ndim - 2
+) -> FeatureJacobians:
+    """Split into frames and the paths between them."""
+    axis = at.midpoint.ndim - 2
     every = (slice(None),) * axis
-
-    def mean(x: Interval) -> Interval:
-        parts = (side[(*every, slice(FRAMES, None))] for side in (x.low, x.high))
-        return Interval(
-            *(
-                y.reshape(*y.shape[:axis], -1, PARTS, *y.shape[axis + 1 :]).mean(axis + 1)
-                for y in parts
-            )
-        )
-
     way = at.way[..., None, :]
-    moved = where(way == 0, exactly(0.0), value * way)  # ∞·0 is 0 here: what does not move
+    moved = where(way == 0, point(0.0), value * way)  # ∞·0 is 0 here: what does not move
     moved = Interval(moved.low.sum(-1), moved.high.sum(-1))
     frames, newest = (*every, slice(0, FRAMES)), (*every, slice(0, 1))
+    paths = (*every, slice(FRAMES, None))
     flat = [
         [None if x is None else Jet(x.value[newest], x.rate[newest]) for x in row] for row in circle
     ]
-    sides = _matrix(flat, at.middle[..., 0][newest]).value[(*every, 0)]
-    return Derivatives(value[frames], mean(rate), mean(moved), features[frames], sides)
+    sides = _matrix(flat, at.midpoint[..., 0][newest]).value[(*every, 0)]
+    return FeatureJacobians(value[frames], rate[paths], moved[paths], features[frames], sides)

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 _WIDEN = 4 * 2.0**-53
 _TINY = 1e-290
-QUARTER = 0.5 * math.pi
+QUARTER_TURN = 0.5 * math.pi
 
 Numbers = Float[np.ndarray, "..."]
 
@@ -28,17 +28,17 @@ class Interval:
     __array_ufunc__ = None
 
     @property
-    def middle(self) -> Numbers:
+    def midpoint(self) -> Numbers:
         return 0.5 * self.low + 0.5 * self.high
 
     @property
     def radius(self) -> Numbers:
-        """Half the width, with room for what the middle lost."""
-        half = np.maximum(self.high - self.middle, self.middle - self.low)
-        return half + _WIDEN * (half + np.abs(self.middle))
+        """Half the width, with room for what the midpoint lost."""
+        half = np.maximum(self.high - self.midpoint, self.midpoint - self.low)
+        return half + _WIDEN * (half + np.abs(self.midpoint))
 
     @property
-    def size(self) -> Numbers:
+    def magnitude(self) -> Numbers:
         """The largest absolute value in it."""
         return np.maximum(np.abs(self.low), np.abs(self.high))
 
@@ -46,18 +46,18 @@ class Interval:
         return Interval(self.low[place], self.high[place])
 
     def __add__(self, other: "Interval | Numbers | float") -> "Interval":
-        other = exactly(other)
+        other = point(other)
         return _out(self.low + other.low, self.high + other.high)
 
     def __neg__(self) -> "Interval":
         return Interval(-self.high, -self.low)
 
     def __sub__(self, other: "Interval | Numbers | float") -> "Interval":
-        other = exactly(other)
+        other = point(other)
         return _out(self.low - other.high, self.high - other.low)
 
     def __mul__(self, other: "Interval | Numbers | float") -> "Interval":
-        other = exactly(other)
+        other = point(other)
         a, b = self.low * other.low, self.low * other.high
         c, d = self.high * other.low, self.high * other.high
         # NaN (0·∞) must survive here: minimum and maximum pass it on.
@@ -74,25 +74,25 @@ class Interval:
         """Never negative."""
         a, b = self.low * self.low, self.high * self.high
         least = np.where((self.low <= 0) & (self.high >= 0), 0.0, np.minimum(a, b))
-        found = _out(least, np.maximum(a, b))
-        return Interval(np.maximum(found.low, 0.0), found.high)
+        wide = _out(least, np.maximum(a, b))
+        return Interval(np.maximum(wide.low, 0.0), wide.high)
 
     def root(self) -> "Interval":
         """Of what is not negative."""
-        found = _out(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0)))
-        return Interval(np.maximum(found.low, 0.0), found.high)
+        wide = _out(np.sqrt(np.maximum(self.low, 0.0)), np.sqrt(np.maximum(self.high, 0.0)))
+        return Interval(np.maximum(wide.low, 0.0), wide.high)
 
     def reciprocal(self) -> "Interval":
         """Everything where it may be 0."""
         safe = (self.low > 0) | (self.high < 0)
         low, high = np.where(safe, self.low, 1.0), np.where(safe, self.high, 1.0)
-        found = _out(1.0 / high, 1.0 / low)
-        return Interval(np.where(safe, found.low, -np.inf), np.where(safe, found.high, np.inf))
+        wide = _out(1.0 / high, 1.0 / low)
+        return Interval(np.where(safe, wide.low, -np.inf), np.where(safe, wide.high, np.inf))
 
     def cosine(self) -> "Interval":
         """Monotone between whole half turns; 1 or −1 where such a one lies inside."""
         ends = np.cos(self.low), np.cos(self.high)
-        lost = 1e-14 * (1.0 + self.size)
+        lost = 1e-14 * (1.0 + self.magnitude)
         low, high = np.minimum(*ends) - lost, np.maximum(*ends) + lost
 
         def holds(phase: float) -> np.ndarray:
@@ -104,7 +104,7 @@ class Interval:
         return Interval(low, high)
 
     def sine(self) -> "Interval":
-        return (self - QUARTER).cosine()
+        return (self - QUARTER_TURN).cosine()
 
     def within(self, low: "Numbers | float", high: "Numbers | float") -> "Interval":
         """Of a number that is known to lie between others too."""
@@ -113,7 +113,7 @@ class Interval:
     def absolute(self) -> "Interval":
         """Of the number without its sign."""
         low = np.maximum(np.maximum(self.low, -self.high), 0.0)
-        return Interval(low, self.size)
+        return Interval(low, self.magnitude)
 
 
 def _out(low: Numbers, high: Numbers) -> Interval:
@@ -122,7 +122,7 @@ def _out(low: Numbers, high: Numbers) -> Interval:
     return Interval(low, np.where(np.isnan(high), np.inf, high + _WIDEN * np.abs(high) + _TINY))
 
 
-def exactly(x: Interval | Numbers | float) -> Interval:
+def point(x: Interval | Numbers | float) -> Interval:
     """One number, as an interval."""
     if isinstance(x, Interval):
         return x
@@ -130,7 +130,7 @@ def exactly(x: Interval | Numbers | float) -> Interval:
     return Interval(x, x)
 
 
-def around(x: Numbers, radius: Numbers) -> Interval:
+def ball(x: Numbers, radius: Numbers) -> Interval:
     """All numbers within a radius of x."""
     return _out(x - radius, x + radius)
 
@@ -149,13 +149,19 @@ def stack(parts: list[Interval], axis: int = -1) -> Interval:
     return Interval(np.stack([x.low for x in parts], axis), np.stack([x.high for x in parts], axis))
 
 
+def concatenate(parts: list[Interval], axis: int) -> Interval:
+    """Intervals joined along an axis."""
+    low, high = [x.low for x in parts], [x.high for x in parts]
+    return Interval(np.concatenate(low, axis), np.concatenate(high, axis))
+
+
 def polar(along: Interval, across: Interval) -> tuple[Interval, Interval]:
     """Length of a vector and its angle from the axis near which it points, any if it may not."""
     ahead = along.low > 0
     low = np.arctan2(across.low, np.where(across.low < 0, along.low, along.high))
     high = np.arctan2(across.high, np.where(across.high > 0, along.low, along.high))
-    found = _out(low - 1e-15, high + 1e-15)
-    turn = Interval(np.where(ahead, found.low, -math.pi), np.where(ahead, found.high, math.pi))
+    wide = _out(low - 1e-15, high + 1e-15)
+    turn = Interval(np.where(ahead, wide.low, -math.pi), np.where(ahead, wide.high, math.pi))
     return (along.square() + across.square()).root(), turn
 
 

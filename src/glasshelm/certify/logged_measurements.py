@@ -15,8 +15,8 @@ import msgspec
 import numpy as np
 from jaxtyping import Array, Float
 
-from glasshelm.certify.measurements import RawPlots, observed
-from glasshelm.certify.rudder_band import Band, action_bounds, certifiable
+from glasshelm.certify.measurements import RawPlots, observe_plots
+from glasshelm.certify.rudder_band import RudderBand, action_bounds, require_sum_actor
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import FRAMES
@@ -28,7 +28,7 @@ from glasshelm.networks.actors import SumActor
 from glasshelm.pilots.protocols import Pilot
 
 #: Bounds of a band at most.
-CELLS = 17
+MAX_CELLS = 17
 #: Programs are compiled for so many ships.
 SLOTS = (8, MAX_TARGETS)
 #: A rudder decided again is the same within this, a fraction of the limit.
@@ -37,10 +37,10 @@ SAME = 2e-3
 Plots = Float[np.ndarray, "frames 6"]
 
 
-def scene_of(frames: Sequence[Frame]) -> RawPlots:
+def plots_from_frames(frames: Sequence[Frame]) -> RawPlots:
     """The plots behind the last of these frames, as the pilot remembered them (Eq. 12).
 
-    Of the ships that it was shown: of each as far back as she was there without a gap.
+    Of the targets that it was shown, each as far back as it was there without a gap.
     """
     last = len(frames) - 1
     observation = [frames[last]]
@@ -65,8 +65,8 @@ def _remembered(rows: list[list[float] | None]) -> Plots:
 
 
 def _target_plot(frame: Frame, id: str) -> list[float] | None:
-    found = next((t for t in frame.targets if t.id == id and not t.lost), None)
-    return None if found is None else _plot(frame, found, found.course_rad, found.speed_m_s)
+    target = next((t for t in frame.targets if t.id == id and not t.lost), None)
+    return None if target is None else _plot(frame, target, target.course_rad, target.speed_m_s)
 
 
 def _plot(
@@ -77,41 +77,43 @@ def _plot(
     return [east_m, north_m, own.heading_rad, own.speed_m_s, course_rad, speed_m_s]
 
 
-def band_of(
-    frames: Sequence[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = CELLS
+def band_of_frames(
+    frames: Sequence[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = MAX_CELLS
 ) -> f.Band:
     """The certified band of the last of these frames, decided by this pilot.
 
     The four frames before it are needed where there were any. InputError if the
     pilot's actor is not a sum, or does not decide the same of these plots.
     """
-    actor, frame, scene = certifiable(pilot), frames[-1], scene_of(frames)
+    actor, frame, scene = require_sum_actor(pilot), frames[-1], plots_from_frames(frames)
     limit = frame.ship.rudder_limit_rad
     decided = math.nan if frame.decision is None else frame.decision.rudder_rad / limit
     if not abs(float(_again(actor, scene)) - decided) <= SAME:
         raise InputError(f"{pilot.name} did not decide this rudder on these five frames")
     one = RawPlots(scene.waypoint[None], scene.targets[None], scene.present[None])
-    low, high = (float(x[0]) * limit for x in action_bounds(actor, one, errors.of_sensors(), cells))
-    side = {1: "starboard", -1: "port", 0: None}[Band(low, high).turn]
+    low, high = (
+        float(x[0]) * limit for x in action_bounds(actor, one, errors.as_sensor_errors(), cells)
+    )
+    side = {1: "starboard", -1: "port", 0: None}[RudderBand(low, high).certain_side]
     return f.Band(low, high, errors.position_m, errors.course_rad, errors.speed_m_s, side)
 
 
 @eqx.filter_jit
 def _again(actor: SumActor, scene: RawPlots) -> Float[Array, ""]:
-    return actor(observed(scene))
+    return actor(observe_plots(scene))
 
 
 def with_bands(
-    frames: Iterable[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = CELLS
+    frames: Iterable[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = MAX_CELLS
 ) -> Iterator[Frame]:
-    """The frames of a voyage, each with its band. InputError as :func:`band_of`, at once."""
-    certifiable(pilot)
+    """The frames of a voyage, each with its band. InputError as :func:`band_of_frames`, at once."""
+    require_sum_actor(pilot)
 
     def banded() -> Iterator[Frame]:
         recent: deque[Frame] = deque(maxlen=FRAMES)
         for frame in frames:
             recent.append(frame)
-            band = band_of(list(recent), pilot, errors, cells)
+            band = band_of_frames(list(recent), pilot, errors, cells)
             yield msgspec.structs.replace(frame, band=band)
 
     return banded()

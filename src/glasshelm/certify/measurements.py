@@ -12,13 +12,11 @@ from jaxtyping import Array, Bool, Float
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Motion
-from glasshelm.env.observe import FRAMES, Observation, in_front, observe
+from glasshelm.env.observe import Observation, observe
 from glasshelm.ship.nomoto import ShipState
 
 #: Symbols of own ship's errors (east, north, heading, speed) and of one target's.
-OWN, N_TARGET_ERRORS = 4, 4
-#: The numbers of a plot, in order.
-NUMBERS = ("east_m", "north_m", "heading_rad", "own_speed_m_s", "course_rad", "speed_m_s")
+N_OWN_ERRORS, N_TARGET_ERRORS = 4, 4
 
 
 class SensorErrors(eqx.Module):
@@ -40,14 +38,14 @@ class SensorErrors(eqx.Module):
         one = (self.own_position_m, self.own_position_m, self.own_heading_rad, self.own_speed_m_s)
         return jnp.stack([jnp.asarray(x, jnp.float32) for x in one])
 
-    def each(self) -> Float[Array, "4"]:
+    def target(self) -> Float[Array, "4"]:
         """The radii of a target's symbols."""
         one = (self.position_m, self.position_m, self.course_rad, self.speed_m_s)
         return jnp.stack([jnp.asarray(x, jnp.float32) for x in one])
 
 
 class RawPlots(eqx.Module):
-    """Plots over five frames, newest first; a waypoint's course and speed mean nothing.
+    """Plots over five frames, newest first; a waypoint's course and speed mean still.
 
     A plot is (east, north) from own ship [m], own heading [rad] and speed [m/s] at that
     moment, the target's course [rad] and speed [m/s].
@@ -58,48 +56,8 @@ class RawPlots(eqx.Module):
     present: Bool[Array, "*b n"]
 
 
-def plots(
-    own: ShipState, waypoint: Vector, motion: Motion
-) -> tuple[Float[Array, "6"], Float[Array, "n 6"]]:
-    """The plots of one frame: the waypoint's and every target's."""
-
-    def plot(east: Array, north: Array, course: Array, speed: Array) -> Array:
-        return jnp.stack(
-            [east - own.east_m, north - own.north_m, own.heading_rad, own.speed_m_s, course, speed]
-        )
-
-    still = jnp.zeros_like(own.heading_rad)
-    to_waypoint = plot(waypoint.x, waypoint.y, still, still)
-    return to_waypoint, jax.vmap(plot)(
-        motion.east_m, motion.north_m, motion.course_rad, motion.speed_m_s
-    )
-
-
-def no_scene(slots: int) -> RawPlots:
-    """The history before the first frame."""
-    return RawPlots(jnp.zeros((FRAMES, 6)), jnp.zeros((slots, FRAMES, 6)), jnp.zeros(slots, bool))
-
-
-def recall(
-    history: RawPlots,
-    own: ShipState,
-    waypoint: Vector,
-    motion: Motion,
-    present: Bool[Array, " n"],
-    first: Bool[Array, ""] | bool,
-) -> RawPlots:
-    """The history with a new frame in front: :func:`glasshelm.env.observe.remember` of plots."""
-    ahead, targets = plots(own, waypoint, motion)
-    new = jnp.logical_not(history.present) | first
-    return RawPlots(
-        in_front(ahead, history.waypoint, jnp.asarray(first)),
-        in_front(targets, history.targets, new),
-        present,
-    )
-
-
-def observed(scene: RawPlots) -> Observation:
-    """What the pilot sees of a scene, by the code that she sails with (Eq. 10-12)."""
+def observe_plots(scene: RawPlots) -> Observation:
+    """What the pilot observes of a scene, by the code of the environment (Eq. 10-12)."""
     observation = jax.vmap(lambda plot: _seen(plot[None])[0])(scene.waypoint)
     targets = jax.vmap(lambda row: _seen(row)[1])(scene.targets)
     return Observation(
@@ -108,11 +66,11 @@ def observed(scene: RawPlots) -> Observation:
 
 
 def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k 10"]]:
-    """The rows of plots, each seen from own ship as she then was: the first as a waypoint too."""
+    """The rows of plots, each seen from own ship as it then was: the first as a waypoint too."""
 
     def one(p: Float[Array, "6"]) -> tuple[Array, Array]:
-        nought = jnp.zeros_like(p[0])
-        own = ShipState(nought, nought, p[2], nought, nought, p[3])
+        zero = jnp.zeros_like(p[0])
+        own = ShipState(zero, zero, p[2], zero, zero, p[3])
         motion = Motion(p[0:1], p[1:2], p[4:5], p[5:6], p[0:1] * 0, jnp.ones(1, bool))
         sight = observe(own, Vector(p[0], p[1]), motion, motion.present)
         return sight.waypoint, sight.targets[0]
@@ -121,12 +79,12 @@ def _seen(plot: Float[Array, "k 6"]) -> tuple[Float[Array, "3"], Float[Array, "k
     return waypoint[0], targets
 
 
-def shifted(scene: RawPlots, own: Float[Array, "4"], each: Float[Array, "n 4"]) -> RawPlots:
+def with_errors(scene: RawPlots, own: Float[Array, "4"], target: Float[Array, "n 4"]) -> RawPlots:
     """The scene as it would have been measured with these errors [m, rad, m/s] on top.
 
     An own ship shown too far east sees everything too far west.
     """
-    nothing = jnp.zeros(2)
-    mine = jnp.concatenate([-own[:2], own[2:], nothing])
-    theirs = jnp.concatenate([each[:, :2], jnp.zeros_like(each[:, :2]), each[:, 2:]], -1)
+    still = jnp.zeros(2)
+    mine = jnp.concatenate([-own[:2], own[2:], still])
+    theirs = jnp.concatenate([target[:, :2], jnp.zeros_like(target[:, :2]), target[:, 2:]], -1)
     return RawPlots(scene.waypoint + mine, scene.targets + mine + theirs[:, None], scene.present)

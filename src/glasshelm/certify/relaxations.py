@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from glasshelm.networks.mlp import LEAK, softsign
 
 
-class Lines(eqx.Module):
+class LinearRelaxation(eqx.Module):
     """low_slope·x + low_shift ≤ f(x) ≤ high_slope·x + high_shift for l ≤ x ≤ u."""
 
     low_slope: Float[Array, "*b"]
@@ -16,7 +16,7 @@ class Lines(eqx.Module):
     high_shift: Float[Array, "*b"]
 
 
-def leaky_lines(low: Float[Array, "*b"], high: Float[Array, "*b"]) -> Lines:
+def relax_leaky_relu(low: Float[Array, "*b"], high: Float[Array, "*b"]) -> LinearRelaxation:
     """Leaky ReLU: the chord above, below the arm that leaves the smaller area (Zhang et al. 2018).
 
     It is convex, so the chord is above it and both of its arms are below.
@@ -28,14 +28,14 @@ def leaky_lines(low: Float[Array, "*b"], high: Float[Array, "*b"]) -> Lines:
     slope = jnp.where(wide, chord, arm)
     shift = jnp.where(wide, (LEAK - chord) * low, 0.0)
     below = jnp.where(wide, jnp.where(high > -low, 1.0, LEAK), arm)
-    return Lines(below, jnp.zeros_like(low), slope, shift)
+    return LinearRelaxation(below, jnp.zeros_like(low), slope, shift)
 
 
-def softsign_lines(low: Float[Array, "*b"], high: Float[Array, "*b"]) -> Lines:
+def relax_softsign(low: Float[Array, "*b"], high: Float[Array, "*b"]) -> LinearRelaxation:
     """x/(1 + |x|): chords and tangents; the function is odd, convex below 0, concave above."""
     slope, shift = _above(low, high)
     mirrored, offset = _above(-high, -low)
-    return Lines(mirrored, -offset, slope, shift)
+    return LinearRelaxation(mirrored, -offset, slope, shift)
 
 
 def _above(low: Float[Array, "*b"], high: Float[Array, "*b"]) -> tuple[Array, Array]:

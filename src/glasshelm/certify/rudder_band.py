@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.certify.crown import Bound, rudder_bounds
-from glasshelm.certify.input_bounds import Form, target_inputs, waypoint_inputs
-from glasshelm.certify.measurements import N_TARGET_ERRORS, OWN, RawPlots, SensorErrors
+from glasshelm.certify.crown import LinearBound, rudder_bounds
+from glasshelm.certify.input_bounds import AffineForm, target_inputs, waypoint_inputs
+from glasshelm.certify.measurements import N_OWN_ERRORS, N_TARGET_ERRORS, RawPlots, SensorErrors
 from glasshelm.core.errors import InputError
 from glasshelm.networks.actors import SumActor
 from glasshelm.networks.mlp import softsign
@@ -29,13 +29,13 @@ DEAD_ZONE_RAD = 0.25 * np.pi / 180.0
 #: What float32 may lose in the actor itself, as a fraction of the rudder limit.
 ROUNDING = 2e-5
 #: So many cells of many scenes go through the network at a time, and of one scene alone.
-CHUNK, ALONE = 16, 4
-#: A ship for slots that nobody is in: her bounds are not used.
+CHUNK, SINGLE_SCENE_CHUNK = 16, 4
+#: Stands in for the target of an empty slot; its bounds are not used.
 _HARMLESS = np.array([3000.0, 4000.0, 0.0, 5.0, 3.0, 5.0])
 
 
 @dataclasses.dataclass(frozen=True)
-class Band:
+class RudderBand:
     """The rudder lies between ``low_rad`` and ``high_rad``, starboard positive.
 
     ``turn`` is +1 if it is certainly to starboard of the dead zone, −1 if
@@ -46,7 +46,7 @@ class Band:
     high_rad: float
 
     @property
-    def turn(self) -> int:
+    def certain_side(self) -> int:
         return int(self.low_rad > DEAD_ZONE_RAD) - int(self.high_rad < -DEAD_ZONE_RAD)
 
 
@@ -73,21 +73,21 @@ class _Cell:
 
 def certified_band(
     pilot: LearnedPilot, scene: RawPlots, errors: SensorErrors, cells: int = 1
-) -> Band:
+) -> RudderBand:
     """Bounds on the rudder of a sum pilot for every scene within ``errors`` of this one.
 
     ``cells`` bounds are asked for at most; more make the band narrower. InputError if the
     pilot's actor is not a sum.
     """
     low, high = action_bounds(
-        certifiable(pilot), jax.tree.map(lambda x: x[None], scene), errors, cells
+        require_sum_actor(pilot), jax.tree.map(lambda x: x[None], scene), errors, cells
     )
     limit = float(pilot.trained.ship.rudder_limit_rad)
-    return Band(float(low[0]) * limit, float(high[0]) * limit)
+    return RudderBand(float(low[0]) * limit, float(high[0]) * limit)
 
 
-def certifiable(pilot: Pilot) -> SumActor:
-    """Her actor. InputError if she has none or it is not a sum."""
+def require_sum_actor(pilot: Pilot) -> SumActor:
+    """The pilot's actor. InputError if it has none or it is not a sum."""
     if isinstance(pilot, GuardedPilot):
         raise InputError(f"{pilot.name} is guarded; only {pilot.pilot.name} alone can be certified")
     if not isinstance(pilot, LearnedPilot):
@@ -103,21 +103,21 @@ def action_bounds(
     """The least and the greatest rudder of each of many scenes, as fractions of the limit."""
     count, slots = scenes.present.shape
     bounded = partial(_bounded, actor, _Plots(scenes), _largest(errors, slots))
-    size = OWN + N_TARGET_ERRORS * slots
+    size = N_OWN_ERRORS + N_TARGET_ERRORS * slots
     cover = [[cell] for cell in bounded([_whole(i, size) for i in range(count)])]
     # Two cells are halved at most at a time: the lowest and the highest.
     for _ in range((cells - 1) // 4):
-        found: list[_Cell] = []
+        halved: list[_Cell] = []
         for mine in cover:
             lowest, highest = (
                 min(mine, key=lambda cell: cell.low), max(mine, key=lambda cell: cell.high)
             )  # fmt: skip
             mine.remove(lowest)
-            found += lowest.halves(lowest.axes[0])
+            halved += lowest.halves(lowest.axes[0])
             if highest is not lowest:
                 mine.remove(highest)
-                found += highest.halves(highest.axes[1])
-        for cell in bounded(found):
+                halved += highest.halves(highest.axes[1])
+        for cell in bounded(halved):
             cover[cell.scene].append(cell)
     low = np.array([min(cell.low for cell in mine) for mine in cover])
     return low, np.array([max(cell.high for cell in mine) for mine in cover])
@@ -139,16 +139,16 @@ class _Plots:
 
 def _largest(errors: SensorErrors, slots: int) -> Float[np.ndarray, " k"]:
     """The unit of every symbol [m, rad, m/s]."""
-    own, each = np.asarray(errors.own(), np.float64), np.asarray(errors.each(), np.float64)
-    return np.concatenate([own, np.tile(each, slots)])
+    own, target = np.asarray(errors.own(), np.float64), np.asarray(errors.target(), np.float64)
+    return np.concatenate([own, np.tile(target, slots)])
 
 
 def _bounded(
     actor: SumActor, scenes: _Plots, unit: Float[np.ndarray, " k"], cells: list[_Cell]
 ) -> list[_Cell]:
     """Cells with their bounds."""
-    chunk = CHUNK if len(scenes.present) > 1 else ALONE
-    found = []
+    chunk = CHUNK if len(scenes.present) > 1 else SINGLE_SCENE_CHUNK
+    result = []
     for start in range(0, len(cells), chunk):
         some = cells[start : start + chunk]
         filled = some + [some[-1]] * (chunk - len(some))
@@ -159,7 +159,7 @@ def _bounded(
         waypoint, targets = _forms(actor, scenes, which, centres, radii)
         bounds = _through_network(actor, waypoint, targets, jnp.asarray(scenes.present[which]))
         for cell, low, high, *axes in zip(some, *map(np.asarray, bounds), strict=False):
-            found.append(
+            result.append(
                 dataclasses.replace(
                     cell,
                     low=max(cell.low, float(low)),
@@ -167,52 +167,55 @@ def _bounded(
                     axes=(int(axes[0]), int(axes[1])),
                 )
             )
-    return found
+    return result
 
 
 def _forms(
     actor: SumActor, scenes: _Plots, which: np.ndarray, centres: np.ndarray, radii: np.ndarray
-) -> tuple[Form, Form]:
-    """The networks' inputs [cell, d] and [cell, slot, d]; only ships that are there are asked."""
+) -> tuple[AffineForm, AffineForm]:
+    """The networks' inputs [cell, d] and [cell, slot, d], of present targets only."""
     count, slots = scenes.present[which].shape
-    own, each = centres[:, :OWN], centres[:, OWN:].reshape(count, slots, N_TARGET_ERRORS)
-    nothing = np.zeros_like(own[:, :2])
+    own, target = (
+        centres[:, :N_OWN_ERRORS],
+        centres[:, N_OWN_ERRORS:].reshape(count, slots, N_TARGET_ERRORS),
+    )
+    still = np.zeros_like(own[:, :2])
     # An own ship shown too far east sees everything too far west.
-    mine = np.concatenate([-own[:, :2], own[:, 2:], nothing], -1)[:, None]
-    theirs = np.concatenate([each[..., :2], 0 * each[..., :2], each[..., 2:]], -1)
-    ahead = waypoint_inputs(actor.lens, scenes.waypoint[which] + mine, radii[:, :OWN])
+    mine = np.concatenate([-own[:, :2], own[:, 2:], still], -1)[:, None]
+    theirs = np.concatenate([target[..., :2], 0 * target[..., :2], target[..., 2:]], -1)
+    ahead = waypoint_inputs(actor.lens, scenes.waypoint[which] + mine, radii[:, :N_OWN_ERRORS])
     cell, slot = np.nonzero(scenes.present[which])
-    if not cell.size:  # where nobody is, one is asked all the same: her row is not used
+    if not cell.size:  # without targets one is computed all the same; its row is not used
         cell = slot = np.zeros(1, int)
     plots = scenes.targets[which[cell], slot] + mine[cell] + theirs[cell, slot][:, None]
-    spread = radii[:, OWN:].reshape(count, slots, N_TARGET_ERRORS)
-    rows = target_inputs(actor.lens, plots, radii[cell, :OWN], spread[cell, slot])
+    spread = radii[:, N_OWN_ERRORS:].reshape(count, slots, N_TARGET_ERRORS)
+    rows = target_inputs(actor.lens, plots, radii[cell, :N_OWN_ERRORS], spread[cell, slot])
     around = [np.zeros((count, slots, *x.shape[1:])) for x in rows]
     for whole, part in zip(around, rows, strict=True):
         whole[cell, slot] = part
-    return _single(ahead), _single(Form(*around))
+    return _single(ahead), _single(AffineForm(*around))
 
 
-def _single(form: Form) -> Form:
+def _single(form: AffineForm) -> AffineForm:
     """In float32; the slack takes what that loses."""
     lost = 2e-7 * (np.abs(form.centre) + form.radius)
     parts = form.centre, form.slope, form.slack + lost
-    return Form(*(jnp.asarray(x, jnp.float32) for x in parts))
+    return AffineForm(*(jnp.asarray(x, jnp.float32) for x in parts))
 
 
 @eqx.filter_jit
 @partial(jax.vmap, in_axes=(None, 0, 0, 0))
 def _through_network(
-    actor: SumActor, waypoint: Form, targets: Form, present: Bool[Array, " n"]
+    actor: SumActor, waypoint: AffineForm, targets: AffineForm, present: Bool[Array, " n"]
 ) -> tuple[Array, Array, Array, Array]:
     """The least and greatest action of a cell, and the axis that matters most to each."""
     bounds = rudder_bounds(actor, waypoint, targets, present)
-    low, negated = (softsign(bound.least[0]) for bound in bounds)
+    low, negated = (softsign(bound.minimum[0]) for bound in bounds)
     low = jnp.clip(jnp.where(jnp.isnan(low), -1.0, low) - ROUNDING, -1.0, 1.0)
     high = jnp.clip(ROUNDING - jnp.where(jnp.isnan(negated), -1.0, negated), -1.0, 1.0)
     return low, high, _axis(bounds[0]), _axis(bounds[1])
 
 
-def _axis(bound: Bound) -> Array:
-    slopes = jnp.concatenate([bound.own[0], bound.each[0].reshape(-1)])
+def _axis(bound: LinearBound) -> Array:
+    slopes = jnp.concatenate([bound.own[0], bound.target[0].reshape(-1)])
     return jnp.argmax(jnp.nan_to_num(jnp.abs(slopes)))

@@ -10,7 +10,7 @@ from glasshelm.core.errors import InputError
 from glasshelm.ship.nomoto import KNOT_M_S
 
 #: Satellite positions, a good gyro and log, class A AIS.
-USUAL = "10,0.5,0.1"
+DEFAULT_ERRORS = "10,0.5,0.1"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,12 +24,12 @@ class SensorErrorBounds:
     course_rad: float
     speed_m_s: float
 
-    def of_sensors(self) -> SensorErrors:
+    def as_sensor_errors(self) -> SensorErrors:
         one = (self.position_m, self.course_rad, self.speed_m_s)
         return SensorErrors(*(jnp.asarray(x, jnp.float32) for x in one + one))
 
 
-def declared(text: str) -> SensorErrorBounds:
+def parse_error_bounds(text: str) -> SensorErrorBounds:
     """From ``10,0.5,0.1``: metres, degrees, knots. InputError if it is not three sizes."""
     try:
         position, course, speed = map(float, text.split(","))
@@ -37,6 +37,7 @@ def declared(text: str) -> SensorErrorBounds:
         position = course = speed = math.nan
     if not all(0 <= x < math.inf for x in (position, course, speed)):
         raise InputError(
-            f"errors {text[:100]!r}: three numbers, 0 or more: metres, degrees and knots ({USUAL})"
+            f"errors {text[:100]!r}: give three numbers, 0 or more: metres, degrees and knots "
+            f"({DEFAULT_ERRORS})"
         )
     return SensorErrorBounds(position, math.radians(course), speed * KNOT_M_S)

@@ -60,7 +60,7 @@ def run(
     from glasshelm.bridge.sessions.log_index import LogIndex, default_log_dir
     from glasshelm.bridge.sessions.session_factory import open_replay, prepare_session
     from glasshelm.bridge.sessions.source_list import SourceList, is_live_source
-    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
     from glasshelm.core.terminal import Terminal
@@ -70,7 +70,7 @@ def run(
 
     console = Terminal()
     access = AccessControl(host, token, viewer_token)
-    errors = None if sensor_errors == "off" else declared(sensor_errors)
+    errors = None if sensor_errors == "off" else parse_error_bounds(sensor_errors)
     logs = default_log_dir() if log_dir is None else log_dir
     if replay is None or log_dir is not None:
         try:

@@ -44,33 +44,33 @@ def run(
 
     from glasshelm.core.output_dir import atomic_write, locked_folder
     from glasshelm.core.terminal import Terminal, print_result
-    from glasshelm.evaluation.contenders import check_references, contenders_named
-    from glasshelm.evaluation.evaluation_progress import Display
-    from glasshelm.evaluation.examination import examine
+    from glasshelm.evaluation.contenders import check_references, parse_contenders
+    from glasshelm.evaluation.evaluation_progress import EvaluationProgress
+    from glasshelm.evaluation.evaluation_run import evaluate
     from glasshelm.evaluation.parquet_export import write_parquet
-    from glasshelm.evaluation.ray_workers import workers_named
-    from glasshelm.evaluation.result_report import report
+    from glasshelm.evaluation.ray_workers import executor_named
+    from glasshelm.evaluation.result_report import markdown_report
 
     console = Terminal()
     command = shlex.join(["glasshelm", *sys.argv[1:]])
-    chosen = contenders_named(pilots, ships)
+    chosen = parse_contenders(pilots, ships)
     check_references(against, chosen)
-    hands = workers_named(workers, address)
+    executor = executor_named(workers, address)
     with locked_folder(out):
-        with Display(console) as display:
+        with EvaluationProgress(console) as display:
             try:
-                found = examine(chosen, suite, out, command, encounters, hands, display.show)
+                found = evaluate(chosen, suite, out, command, encounters, executor, display.show)
             except KeyboardInterrupt:
                 console.say(
                     f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "
                     "the same command goes on from there"
                 )
                 raise
-        text = report(found, against)
+        text = markdown_report(found, against)
         with atomic_write(out / "report.md") as partial:
             partial.write_text(text, encoding="utf-8")
         if parquet:
-            write_parquet(found.sailed, out)
+            write_parquet(found.results, out)
         if figures:
             from glasshelm.evaluation.result_plots import draw_all
 

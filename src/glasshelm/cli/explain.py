@@ -25,7 +25,7 @@ def run(
         open_: Open the report in the browser.
     """
     from glasshelm.certify.logged_measurements import with_bands
-    from glasshelm.certify.sensor_error_bounds import declared
+    from glasshelm.certify.sensor_error_bounds import parse_error_bounds
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import writable_folder
     from glasshelm.core.terminal import Terminal, print_result, progress
@@ -46,7 +46,7 @@ def run(
             )
         frames = read_log(Path(voyage.source))
         if voyage.sensor_errors is not None:
-            errors = declared(voyage.sensor_errors)
+            errors = parse_error_bounds(voyage.sensor_errors)
             frames = list(with_bands(frames, pilot_of(frames[0]), errors))
     else:
         scenario, pilot, count, simulated = voyage.simulate()

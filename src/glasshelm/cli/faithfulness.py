@@ -33,20 +33,19 @@ def run(
     from glasshelm.core.errors import InputError
     from glasshelm.core.output_dir import locked_folder
     from glasshelm.core.terminal import Terminal
-    from glasshelm.evaluation.contenders import contenders_named
-    from glasshelm.evaluation.examination import machine
-    from glasshelm.faithfulness.eligibility import candidates
-    from glasshelm.faithfulness.exam_session import examine_all
-    from glasshelm.faithfulness.scenes import COUNTS
+    from glasshelm.evaluation.contenders import parse_contenders
+    from glasshelm.evaluation.evaluation_run import describe_machine
+    from glasshelm.faithfulness.exam_session import eligible_pilots, run_exams
+    from glasshelm.faithfulness.scenes import SHIP_COUNTS
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:
             raise InputError(f"--{name} {value}: must be 1 or more")
-    if not set(ships) <= set(COUNTS) or not ships:
+    if not set(ships) <= set(SHIP_COUNTS) or not ships:
         raise InputError(f"--ships {' '.join(map(str, ships))}: numbers from 2 to 6")
-    chosen = candidates(contenders_named(pilots))
+    chosen = eligible_pilots(parse_contenders(pilots))
     command = shlex.join(["glasshelm", *sys.argv[1:]])
     what = (encounters, scenes, tuple(sorted(set(ships))))
     console = Terminal()
     with locked_folder(out):
-        examine_all(chosen, what, out, command, machine(), console)
+        run_exams(chosen, what, out, command, describe_machine(), console)

@@ -47,7 +47,7 @@ class VoyageOptions(PilotOptions):
     def simulate(self) -> "tuple[Scenario, Pilot, int, Iterator[Frame]]":
         """Return the scenario, its pilot, the number of frames at most, and the frames."""
         from glasshelm.certify.logged_measurements import with_bands
-        from glasshelm.certify.sensor_error_bounds import declared
+        from glasshelm.certify.sensor_error_bounds import parse_error_bounds
         from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
         from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
         from glasshelm.simulation.voyage import simulate, steps_of
@@ -59,7 +59,7 @@ class VoyageOptions(PilotOptions):
         n_steps = steps_of(scenario, self.steps)
         frames = simulate(scenario, pilot, n_steps, self.advise)
         if self.sensor_errors is not None:
-            frames = with_bands(frames, pilot, declared(self.sensor_errors))
+            frames = with_bands(frames, pilot, parse_error_bounds(self.sensor_errors))
         return scenario, pilot, n_steps + 1, frames
 
 

@@ -1,9 +1,8 @@
-"""What own ship is to each target under the COLREGs, frame by frame.
+"""The encounter type of each target, frame by frame.
 
-The kinds, and when a meeting begins, are those of the examination
-(:mod:`glasshelm.colregs.classification`): the kind is taken at the first risk of
-collision and stays until the closest approach is past. Read from frames alone,
-so a replay says the same as the voyage did.
+The type is taken at the first risk of collision and stays until the closest approach is past, as
+in the evaluation (:class:`glasshelm.colregs.compliance.MeetingFacts`). Only frames are read, so a
+replay tells the same as the voyage did.
 """
 
 from collections.abc import Sequence
@@ -13,92 +12,76 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from glasshelm.bridge.server.protocol import EncounterStatus
-from glasshelm.colregs.classification import STOPPED_M_S, Kind, Meetings
+from glasshelm.colregs.classification import STOPPED_M_S, EncounterType
+from glasshelm.colregs.compliance import MeetingFacts
 from glasshelm.core.geometry import velocity, wrap_angle
 from glasshelm.encounters.types import Motion
 from glasshelm.env.padding import bucket_size
 from glasshelm.frames.schema import Frame, Target
 from glasshelm.ship.nomoto import ShipState
 
-#: Rules 13-15 name the meeting; who stands on obeys Rule 17.
-_TOLD = {
-    Kind.NONE: EncounterStatus("none", "none", None),
-    Kind.HEAD_ON: EncounterStatus("head-on", "give-way", "14"),
-    Kind.CROSSING_GIVE_WAY: EncounterStatus("crossing", "give-way", "15"),
-    Kind.CROSSING_STAND_ON: EncounterStatus("crossing", "stand-on", "17"),
-    Kind.OVERTAKING: EncounterStatus("overtaking", "give-way", "13"),
-    Kind.OVERTAKEN: EncounterStatus("overtaken", "stand-on", "17"),
-}
-
 
 class EncounterTracker:
-    """Follows the meetings of a voyage."""
+    """Follows the encounters of a voyage.
+
+    Attributes:
+        types: The encounter type of each target of the last frame, by its id.
+    """
 
     def __init__(self) -> None:
-        self._ids: list[str] = []
-        self._meetings = Meetings.none(0)
+        self.types: dict[str, EncounterType] = {}
+        self._facts = MeetingFacts.initial(0)
         self._heading_rad: float | None = None
-        #: The kind of each meeting in the frame seen last, by the target's id.
-        self.kinds: dict[str, Kind] = {}
 
-    def see(self, frame: Frame) -> dict[str, EncounterStatus]:
-        """What own ship is to each target that is shown, by the target's id."""
-        targets = frame.targets
-        slots = bucket_size(len(targets))
-        before = self._moved([t.id for t in targets], slots)
-        last = frame.own.heading_rad if self._heading_rad is None else self._heading_rad
-        after, told = _after(
-            before,
-            _own(frame),
-            wrap_angle(jnp.float32(frame.own.heading_rad - last)),
-            _motion(targets, slots),
+    def update(self, frame: Frame) -> dict[str, EncounterType]:
+        """Take in the next frame; returns :attr:`types`."""
+        ids, heading_rad = [t.id for t in frame.targets], frame.own.heading_rad
+        slots = bucket_size(len(ids))
+        turn_rad = 0.0 if self._heading_rad is None else heading_rad - self._heading_rad
+        self._facts = _step(
+            self._in_slots_of(ids, slots),
+            ShipState.steady(frame.own.east_m, frame.own.north_m, heading_rad, frame.own.speed_m_s),
+            wrap_angle(jnp.float32(turn_rad)),
+            _motion(frame.targets, slots),
             jnp.float32(frame.time_s),
         )
-        self._meetings, self._heading_rad = after, frame.own.heading_rad
-        self._ids = [t.id for t in targets]
-        kinds = np.asarray(told)[: len(targets)].tolist()
-        self.kinds = {t.id: Kind(kind) for t, kind in zip(targets, kinds, strict=True)}
-        return {id: _TOLD[kind] for id, kind in self.kinds.items()}
+        self._heading_rad = heading_rad
+        types = np.asarray(self._facts.kind)[: len(ids)].tolist()
+        self.types = dict(zip(ids, map(EncounterType, types), strict=True))
+        return self.types
 
-    def _moved(self, ids: list[str], slots: int) -> Meetings:
-        """The meetings so far in the slots of these ships; new ships have none."""
-        place = {id: k for k, id in enumerate(self._ids)}
-        found = [(k, place[id]) for k, id in enumerate(ids) if id in place]
-        to, of = [k for k, _ in found], [k for _, k in found]
+    def _in_slots_of(self, ids: Sequence[str], slots: int) -> MeetingFacts:
+        """The facts so far, in the slots of these targets; new targets have none."""
+        slot_of = {id: slot for slot, id in enumerate(self.types)}
+        new = [slot for slot, id in enumerate(ids) if id in slot_of]
+        old = [slot_of[ids[slot]] for slot in new]
 
         def move(empty: Array, known: Array) -> Array:
             row = np.array(empty)
-            row[to] = np.asarray(known)[of]
+            row[new] = np.asarray(known)[old]
             return jnp.asarray(row)
 
-        return jax.tree.map(move, Meetings.none(slots), self._meetings)
+        return jax.tree.map(move, MeetingFacts.initial(slots), self._facts)
 
 
 @jax.jit
-def _after(
-    before: Meetings,
+def _step(
+    facts: MeetingFacts,
     own: ShipState,
     turn_rad: Float[Array, ""],
     targets: Motion,
     time_s: Float[Array, ""],
-) -> tuple[Meetings, Array]:
-    """The meetings after one more frame, and the kinds of those that are not past.
+) -> MeetingFacts:
+    """The facts after one more frame, without those of encounters that are over.
 
-    A meeting that is past is forgotten: a new risk is a new meeting. So is one with a ship
-    that has stopped since, or if own ship has.
+    An encounter is over when the closest approach is past, or when either ship has stopped;
+    another risk of collision begins a new one.
     """
-    after = before.after(own, velocity(own.heading_rad, own.speed_m_s), turn_rad, targets, time_s)
-    none = Meetings.none(after.kind.shape[0])
+    after = facts.updated(own, velocity(own.heading_rad, own.speed_m_s), turn_rad, targets, time_s)
     stopped = jnp.minimum(targets.speed_m_s, own.speed_m_s) < STOPPED_M_S
     over = after.past | (targets.present & stopped)
-    kept = jax.tree.map(lambda x, empty: jnp.where(over, empty, x), after, none)
-    return kept, kept.kind
-
-
-def _own(frame: Frame) -> ShipState:
-    own = frame.own
-    return ShipState.steady(own.east_m, own.north_m, own.heading_rad, own.speed_m_s)
+    none = MeetingFacts.initial(over.shape[0])
+    return jax.tree.map(lambda x, empty: jnp.where(over, empty, x), after, none)
 
 
 def _motion(targets: Sequence[Target], slots: int) -> Motion:

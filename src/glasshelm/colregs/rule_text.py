@@ -1,55 +1,82 @@
-"""What the COLREGs would have had own ship do for one target, where she did otherwise.
+"""The Rules in words: the role that an encounter type gives, and what a Rule asks for.
 
-The pilot was never taught them. The kind of a meeting is that of the examination
-(:mod:`glasshelm.colregs.classification`): that of the meeting where it is known (it is taken at the
-first risk, and no later alteration changes it), else judged in the frame that is spoken of.
+Pilots were never taught the Rules. The text names the Rule where a pilot does otherwise.
 """
 
 import math
 from collections.abc import Mapping
+from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
 
 from glasshelm.colregs.classification import (
-    RISK_DCPA_M,
-    RISK_TCPA_S,
-    SIGHT_M,
-    STOPPED_M_S,
-    Kind,
-    kind_of,
+    EncounterType,
+    classify,
+    risk_of_collision,
+    stands_on,
 )
+from glasshelm.core.geometry import wrap_angle
 from glasshelm.frames.series import Series, ShipSeries
 
-#: The kind of each meeting that is known, by the ship's id.
-Kinds = Mapping[str, Kind]
+#: The encounter type of each target, by its id.
+EncounterTypes = Mapping[str, EncounterType]
 
 
-def rule_against(
-    voyage: Series, ship: ShipSeries, k: int, way: float, kinds: Kinds | None = None
+class Role(NamedTuple):
+    """An encounter type in words. Rules 13-15 name the encounter; a stand-on ship obeys Rule 17."""
+
+    type: Literal["head-on", "crossing", "overtaking", "overtaken", "none"]
+    role: Literal["give-way", "stand-on", "none"]
+    rule: str | None
+
+
+ROLES = {
+    EncounterType.NONE: Role("none", "none", None),
+    EncounterType.HEAD_ON: Role("head-on", "give-way", "14"),
+    EncounterType.CROSSING_GIVE_WAY: Role("crossing", "give-way", "15"),
+    EncounterType.CROSSING_STAND_ON: Role("crossing", "stand-on", "17"),
+    EncounterType.OVERTAKING: Role("overtaking", "give-way", "13"),
+    EncounterType.OVERTAKEN: Role("overtaken", "stand-on", "17"),
+}
+
+
+def conflicting_rule(
+    voyage: Series, ship: ShipSeries, k: int, side: float, types: EncounterTypes | None = None
 ) -> str:
-    """What a Rule asks for instead of rudder to this side (1 starboard, −1 port); else empty.
+    """What a Rule asks for instead of rudder to one side.
 
-    Only while there is risk of collision, both are under way and in sight of one another.
-    With ``kinds`` a ship that is not among them is in no meeting.
+    Args:
+        voyage: The voyage, with own ship's track.
+        ship: The target.
+        k: The frame.
+        side: 1 for rudder to starboard, -1 for port.
+        types: The encounter types where they are known, taken at first risk; a target that is
+            not among them has none. Without it the type is judged in this frame.
+
+    Returns:
+        A clause, empty where no Rule asks for anything else or there is no risk of collision.
     """
-    risk = ship.dcpa_m[k] < RISK_DCPA_M and 0 < ship.tcpa_s[k] < RISK_TCPA_S
-    stopped = min(ship.speed_m_s[k], voyage.speed_m_s[k]) < STOPPED_M_S
-    if stopped or not (risk and ship.range_m[k] < SIGHT_M):
+    risk = risk_of_collision(
+        ship.dcpa_m[k],
+        ship.tcpa_s[k],
+        ship.range_m[k],
+        voyage.speed_m_s[k],
+        ship.speed_m_s[k],
+    )
+    if not risk:
         return ""
-    kind = _kind(voyage, ship, k) if kinds is None else kinds.get(ship.id, Kind.NONE)
-    if kind is Kind.HEAD_ON and way < 0:
+    kind = _type(voyage, ship, k) if types is None else types.get(ship.id, EncounterType.NONE)
+    if kind is EncounterType.HEAD_ON and side < 0:
         return f"Rule 14 asks for starboard: {ship.name} is head-on"
-    if kind is Kind.CROSSING_GIVE_WAY and way < 0:
+    if kind is EncounterType.CROSSING_GIVE_WAY and side < 0:
         return f"Rule 15 gives way to {ship.name}, by custom to starboard and round her stern"
-    if kind in (Kind.CROSSING_STAND_ON, Kind.OVERTAKEN):
+    if stands_on(kind):
         return f"Rule 17 has own ship stand on: {ship.name} is to give way"
     return ""
 
 
-def _kind(voyage: Series, ship: ShipSeries, k: int) -> Kind:
-    bearing = float(ship.bearing_rad[k])
-    back = bearing + float(voyage.heading_rad[k]) + math.pi - float(ship.course_rad[k])
-    aspect = (back + math.pi) % (2 * math.pi) - math.pi
+def _type(voyage: Series, ship: ShipSeries, k: int) -> EncounterType:
+    bearing = jnp.float32(ship.bearing_rad[k])
+    back = jnp.float32(bearing + voyage.heading_rad[k] + math.pi - ship.course_rad[k])
     faster = bool(voyage.speed_m_s[k] > ship.speed_m_s[k])
-    told = kind_of(jnp.float32(bearing), jnp.float32(aspect), jnp.asarray(faster))
-    return Kind(int(told))
+    return EncounterType(int(classify(bearing, wrap_angle(back), faster)))

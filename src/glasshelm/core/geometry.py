@@ -5,7 +5,7 @@ ship, x to starboard and y ahead. Nothing here knows what a ship is; every
 function broadcasts over leading axes.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -26,6 +26,17 @@ class Vector(NamedTuple):
     y: Float[Array, "..."]
 
 
+@runtime_checkable
+class Located(Protocol):
+    """Anything with a place in the plane."""
+
+    @property
+    def east_m(self) -> Any: ...
+
+    @property
+    def north_m(self) -> Any: ...
+
+
 class Cpa(NamedTuple):
     """Closest point of approach of two points that keep course and speed.
 
@@ -41,6 +52,12 @@ class Cpa(NamedTuple):
 def wrap_angle(angle_rad: Float[Array, "..."]) -> Float[Array, "..."]:
     """The same direction in [−π, π)."""
     return angle_rad - 2 * jnp.pi * jnp.floor(angle_rad / (2 * jnp.pi) + 0.5)
+
+
+def offset(start: Located, end: Located | Vector) -> Vector:
+    """The way (east, north) [m] from one place to another."""
+    east, north = end if isinstance(end, Vector) else (end.east_m, end.north_m)
+    return Vector(east - start.east_m, north - start.north_m)
 
 
 def norm(v: Vector) -> Float[Array, "..."]:

@@ -21,7 +21,7 @@ from gymnasium.spaces import Box, Dict, MultiBinary, Space
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.core.errors import InputError
-from glasshelm.core.geometry import CPA_HORIZON_S, Vector, norm
+from glasshelm.core.geometry import CPA_HORIZON_S, norm, offset
 from glasshelm.encounters.random_encounters import PAPER, RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import DISTANCE_M, FRAMES, LENGTH_M, SPEED_M_S, TIME_S, Observation
@@ -132,8 +132,7 @@ def _begin(
     encounter = random_encounter(key, ship, settings)
     state = reset(encounter, ship)
     motion = targets_at(encounter, jnp.zeros(()))
-    offset = Vector(motion.east_m - state.own.east_m, motion.north_m - state.own.north_m)
-    range_m = jnp.where(motion.present, norm(offset), FAR_M)
+    range_m = jnp.where(motion.present, norm(offset(state.own, motion)), FAR_M)
     return encounter, state, margins(state.own, motion, ship), range_m
 
 

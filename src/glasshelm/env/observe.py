@@ -13,6 +13,7 @@ from glasshelm.core.geometry import (
     closest_approach,
     direction,
     norm,
+    offset,
     to_body,
     velocity,
     wrap_angle,
@@ -56,9 +57,7 @@ def observe(
     own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, " n"]
 ) -> ObservationFrame:
     """The normalised frame that own ship sees now (Eq. 10-11); absent slots are zero."""
-    to_waypoint = to_body(
-        Vector(waypoint.x - own.east_m, waypoint.y - own.north_m), own.heading_rad
-    )
+    to_waypoint = to_body(offset(own, waypoint), own.heading_rad)
     s_wp = jnp.stack(
         [
             to_waypoint.x / LENGTH_M,
@@ -66,27 +65,29 @@ def observe(
             direction(to_waypoint) / ANGLE_RAD,
         ]
     )
-    offset = to_body(
-        Vector(motion.east_m - own.east_m, motion.north_m - own.north_m), own.heading_rad
-    )
-    own_v = velocity(own.heading_rad, own.speed_m_s)
-    target_v = velocity(motion.course_rad, motion.speed_m_s)
-    relative_v = to_body(Vector(target_v.x - own_v.x, target_v.y - own_v.y), own.heading_rad)
-    s_oth = target_row(offset, relative_v)
+    s_oth = target_row(*relative_motion(own, motion))
     return ObservationFrame(s_wp, jnp.where(present[:, None], s_oth, 0.0), present)
 
 
-def target_row(offset: Vector, relative_v: Vector) -> Float[Array, "*n 10"]:
+def relative_motion(own: ShipState, motion: Motion) -> tuple[Vector, Vector]:
+    """Positions [m] and velocities [m/s] of targets relative to own ship, in its body frame."""
+    own_v = velocity(own.heading_rad, own.speed_m_s)
+    target_v = velocity(motion.course_rad, motion.speed_m_s)
+    relative_v = Vector(target_v.x - own_v.x, target_v.y - own_v.y)
+    return to_body(offset(own, motion), own.heading_rad), to_body(relative_v, own.heading_rad)
+
+
+def target_row(position: Vector, relative_v: Vector) -> Float[Array, "*n 10"]:
     """One normalised row of Eq. 11 a target: her place [m] and motion [m/s] in the body frame."""
-    cpa = closest_approach(offset, relative_v)
+    cpa = closest_approach(position, relative_v)
     return jnp.stack(
         [
-            offset.x / LENGTH_M,
-            offset.y / LENGTH_M,
-            direction(offset) / ANGLE_RAD,
+            position.x / LENGTH_M,
+            position.y / LENGTH_M,
+            direction(position) / ANGLE_RAD,
             relative_v.x / SPEED_M_S,
             relative_v.y / SPEED_M_S,
-            norm(offset) / DISTANCE_M,
+            norm(position) / DISTANCE_M,
             cpa.position.x / LENGTH_M,
             cpa.position.y / LENGTH_M,
             cpa.dcpa_m / DISTANCE_M,

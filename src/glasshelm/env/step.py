@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.core.geometry import Vector, norm, to_body
+from glasshelm.core.geometry import Vector, norm, offset, to_body
 from glasshelm.encounters.types import Encounter, Motion, motion_at
 from glasshelm.env.observe import (
     Observation,
@@ -71,7 +71,7 @@ def reset(
         empty_observation(encounter.present.shape[-1]),
         jnp.zeros(encounter.present.shape[-1]),
     )
-    return _look(encounter, ship, start, targets_at(encounter, jnp.zeros(())), first=True)
+    return _observed(encounter, ship, start, targets_at(encounter, jnp.zeros(())), first=True)
 
 
 def targets_at(encounter: Encounter, time_s: Float[Array, ""]) -> Motion:
@@ -90,7 +90,7 @@ def next_leg(
 ) -> tuple[Int[Array, ""], Bool[Array, ""]]:
     """The waypoint to steer for from now on, and whether the last one is reached."""
     waypoint = waypoint_of(encounter, leg)
-    reached = norm(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m)) < settings.arrival_m
+    reached = norm(offset(own, waypoint)) < settings.arrival_m
     last = leg >= encounter.route.x.shape[-1] - 1
     return jnp.where(reached & ~last, leg + 1, leg), reached & last
 
@@ -123,7 +123,7 @@ def observe_step(
     motion = targets_at(encounter, count * settings.step_s)
     leg, arrived = next_leg(encounter, state.leg, own, settings)
     moved = EnvState(own, count, leg, state.observation, state.danger)
-    after = _look(encounter, ship, moved, motion, first=False)
+    after = _observed(encounter, ship, moved, motion, first=False)
     changed_leg = after.leg != state.leg
     bearing = waypoint_bearing_rad(after.observation.waypoint[0])
     before = waypoint_bearing_rad(state.observation.waypoint[0])
@@ -147,13 +147,11 @@ def margins(own: ShipState, motion: Motion, ship: ShipParams) -> Float[Array, " 
 
 def _body(own: ShipState, motion: Motion) -> Vector:
     """Body-frame positions of the targets; absent ones far ahead."""
-    body = to_body(
-        Vector(motion.east_m - own.east_m, motion.north_m - own.north_m), own.heading_rad
-    )
+    body = to_body(offset(own, motion), own.heading_rad)
     return Vector(jnp.where(motion.present, body.x, 0.0), jnp.where(motion.present, body.y, FAR_M))
 
 
-def _look(
+def _observed(
     encounter: Encounter, ship: ShipParams, state: EnvState, motion: Motion, first: bool
 ) -> EnvState:
     """The state with what own ship now sees, and the danger that she is in."""

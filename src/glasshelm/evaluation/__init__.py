@@ -1,1 +1,1 @@
-"""The examination of pilots: suites of encounters, measures, statistics, tables, figures."""
+"""Evaluation of pilots: suites of encounters, measures, statistics, tables, figures."""

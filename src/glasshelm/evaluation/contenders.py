@@ -1,4 +1,4 @@
-"""Who is examined: pilots on the ships that they steer, one or several training seeds each."""
+"""What is evaluated: pilots on the ships that they steer, one or several training seeds each."""
 
 import dataclasses
 import functools
@@ -13,22 +13,24 @@ import numpy as np
 
 import glasshelm
 from glasshelm.core.errors import InputError
-from glasshelm.pilots.clairvoyant import ORACLE_PILOTS
+from glasshelm.pilots.clairvoyant import ORACLE_PILOTS, OraclePilot
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.pilots.pilot_resolution import ship_of
+from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 
-#: The rooms whose code decides what a voyage comes to.
-VOYAGE = (
+#: The code that decides the result of a rollout.
+ROLLOUT_CODE = (
     "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
-    "networks", "pilots", "planning", "ship",
+    "networks", "pilots", "planning", "ship", "simulation/rollout.py",
+    "simulation/sensor_model.py",
 )  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
 class Contender:
-    """A pilot, or a seer, on a ship. ``pilots`` holds one a training seed, in the order given."""
+    """A pilot, or an oracle, on a ship. ``pilots`` holds one a training seed, in order."""
 
     name: str
     ship_name: str
@@ -41,15 +43,15 @@ class Contender:
         return tuple((getattr(p, "weights_sha256", None) or "")[:8] for p in self.pilots)
 
 
-def contenders_named(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
-    """The entrants of a command line.
+def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) -> list[Contender]:
+    """The contenders named on a command line.
 
     Each is a pilot's name or file, or ``NAME=FILE,FILE,...`` for the training
     seeds of one pilot. A pilot that has a ship of its own is sailed on it, any
     other on each of ``ships``. InputError if a name is there twice, or the
     seeds of a pilot are on different ships.
     """
-    found: list[Contender] = []
+    contenders: list[Contender] = []
     for text in given:
         label, equals, files = text.partition("=")
         names = files.split(",") if equals else [text]
@@ -58,20 +60,20 @@ def contenders_named(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) 
         pilots = tuple(ORACLE_PILOTS.get(name) or pilot_named(name) for name in names)
         name = label if equals else pilots[0].name
         for ship_name in _ships(name, pilots, ships):
-            if any(e.name == name and e.ship_name == ship_name for e in found):
+            if any(e.name == name and e.ship_name == ship_name for e in contenders):
                 raise InputError(f"pilot {name!r} is named twice: give one a name with NAME=FILE")
-            found.append(Contender(name, ship_name, ship_named(ship_name), pilots))
-    if not found:
-        raise InputError("no pilot to examine: name one or more with --pilots")
-    return found
+            contenders.append(Contender(name, ship_name, ship_named(ship_name), pilots))
+    if not contenders:
+        raise InputError("no pilot to evaluate: name one or more with --pilots")
+    return contenders
 
 
 def check_references(against: Sequence[str], among: Sequence[Contender]) -> None:
-    """InputError if a name of ``against`` is neither of these entrants' nor of any pilot."""
+    """InputError if a name of ``against`` is neither of these contenders' nor of any pilot."""
     for name in against:
         if not any(e.name == name for e in among):
             try:
-                contenders_named([name])
+                parse_contenders([name])
             except InputError as error:
                 raise InputError(f"--against: {error}") from None
 
@@ -85,43 +87,31 @@ def _ships(
     return sorted(own) or ships
 
 
-def ship_of(pilot: Pilot | OraclePilot) -> str | None:
-    """The name of the preset ship that a pilot was made for; None if for any."""
-    ship = pilot.trained.ship if isinstance(pilot, LearnedPilot) else getattr(pilot, "ship", None)
-    if not isinstance(ship, ShipParams):
-        return None
-    values = tuple(map(float, dataclasses.astuple(ship)))
-    for name, preset in SHIPS.items():
-        if np.allclose(values, tuple(map(float, dataclasses.astuple(preset))), rtol=1e-6):
-            return name
-    raise InputError(f"pilot {pilot.name!r} is for a ship that is none of {', '.join(SHIPS)}")
-
-
-def digest_of(pilot: Pilot | OraclePilot) -> str:
-    """What tells one pilot from another, whatever they are called: SHA-256 in hexadecimal."""
+def pilot_digest(pilot: Pilot | OraclePilot) -> str:
+    """A SHA-256 that differs between pilots that may decide differently, whatever their names."""
     if isinstance(pilot, LearnedPilot) and pilot.weights_sha256 is not None:
         return pilot.weights_sha256
-    told = hashlib.sha256(f"{type(pilot).__module__}.{pilot!r}".encode())
+    digest = hashlib.sha256(f"{type(pilot).__module__}.{pilot!r}".encode())
     for leaf in jax.tree.leaves(eqx.filter(pilot, eqx.is_array)):
-        told.update(np.asarray(leaf).tobytes())
-    return told.hexdigest()
+        digest.update(np.asarray(leaf).tobytes())
+    return digest.hexdigest()
 
 
 @functools.cache
-def code_digest(rooms: tuple[str, ...] = VOYAGE) -> str:
+def code_digest(paths: tuple[str, ...] = ROLLOUT_CODE) -> str:
     """SHA-256 of the code that decides a result, and of what it is computed with.
 
     Raises:
-        FileNotFoundError: a room that is not there would weaken the key in silence.
+        FileNotFoundError: a name that is not there would weaken the key in silence.
     """
     root = Path(glasshelm.__file__).parent
-    told = hashlib.sha256()
-    for room in rooms:
-        path = root / room
+    digest = hashlib.sha256()
+    for name in paths:
+        path = root / name
         if not path.exists():
             raise FileNotFoundError(f"{path}: named as code that decides a result, and not there")
         for file in [path] if path.is_file() else sorted(path.rglob("*.py")):
-            told.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
+            digest.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
     for package in ("jax", "jaxlib"):
-        told.update(importlib.metadata.version(package).encode())
-    return told.hexdigest()
+        digest.update(importlib.metadata.version(package).encode())
+    return digest.hexdigest()

@@ -1,41 +1,26 @@
-"""What a person sees while pilots are examined: a bar on a terminal, lines elsewhere."""
+"""What a user sees while pilots are evaluated: a bar on a terminal, lines elsewhere."""
 
 import time
 
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import MofNCompleteColumn, TimeElapsedColumn
 
-from glasshelm.core.terminal import TaskDescription, Terminal
+from glasshelm.core.terminal import Terminal, progress
 
 #: Where there is no terminal, a line at most so often [s].
 _LINE_S = 30.0
 
 
-class Display:
-    """Voyages sailed of all."""
+class EvaluationProgress:
+    """How many voyages are done."""
 
     def __init__(self, console: Terminal):
         self.console = console
         self.done = self.total = 0
-        self._said = time.monotonic()
-        self._bar = Progress(
-            TaskDescription(),
-            BarColumn(bar_width=24),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            console=console,
-            disable=not console.is_terminal,
-            transient=True,
-        )
-        self._task = self._bar.add_task("sailing", total=None)
+        self._last_line_s = time.monotonic()
+        self._bar = progress(console, MofNCompleteColumn(), TimeElapsedColumn())
+        self._task = self._bar.add_task("simulating", total=None)
 
-    def __enter__(self) -> "Display":
+    def __enter__(self) -> "EvaluationProgress":
         self._bar.start()
         return self
 
@@ -45,8 +30,8 @@ class Display:
     def show(self, what: str, done: int, of: int) -> None:
         """``done`` voyages of ``of`` are finished, the last of ``what``."""
         self.done, self.total = done, of
-        self._bar.update(self._task, description=what or "sailing", completed=done, total=of)
+        self._bar.update(self._task, description=what or "simulating", completed=done, total=of)
         now = time.monotonic()
-        if not self.console.is_terminal and now - self._said > _LINE_S:
-            self._said = now
+        if not self.console.is_terminal and now - self._last_line_s > _LINE_S:
+            self._last_line_s = now
             self.console.say(f"{done} of {of} voyages: {what}")

@@ -5,96 +5,99 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from glasshelm.colregs.classification import Kind
+from glasshelm.colregs.classification import EncounterType
 from glasshelm.core.errors import InputError
 from glasshelm.evaluation.contenders import Contender
-from glasshelm.evaluation.result_cache import Found, Job
-from glasshelm.evaluation.rollout import SETTINGS
+from glasshelm.evaluation.result_cache import Columns, Job
 from glasshelm.evaluation.types import Suite
 from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
-
-Columns = dict[str, np.ndarray]
+from glasshelm.simulation.rollout import SETTINGS
 
 
 @dataclasses.dataclass(frozen=True)
-class Sailed:
-    """A suite sailed by one seed of an entrant: columns by name, in the suite's order.
+class SuiteResult:
+    """A suite sailed by one seed of an contender: columns by name, in the suite's order.
 
     ``meetings`` has one row a target with which there was risk of collision;
     its ``case`` is the row of the encounter.
     """
 
     suite: Suite
-    entrant: Contender
+    contender: Contender
     seed: int
     columns: Columns
     meetings: Columns
 
     @property
     def weights(self) -> str:
-        return self.entrant.weights[self.seed]
+        return self.contender.weights[self.seed]
 
 
-def gather(suite: Suite, entrant: Contender, seed: int, parts: list[tuple[Job, Found]]) -> Sailed:
+def assemble(
+    suite: Suite, contender: Contender, seed: int, parts: list[tuple[Job, Columns]]
+) -> SuiteResult:
     """The parts of one seed put together. InputError if the pilot gave no number somewhere."""
-    order = np.concatenate([job.which for job, _ in parts])
+    order = np.concatenate([job.indices for job, _ in parts])
     back = np.argsort(order)
-    found = {name: np.concatenate([part[name] for _, part in parts])[back] for name in parts[0][1]}
-    if not found["finite"].all():
-        label = suite.labels[int(np.argmin(found["finite"]))]
+    measures = {
+        name: np.concatenate([part[name] for _, part in parts])[back] for name in parts[0][1]
+    }
+    if not measures["finite"].all():
+        label = suite.labels[int(np.argmin(measures["finite"]))]
         raise InputError(
-            f"pilot {entrant.name!r} gave a rudder that is no number, first in {suite.name} {label}"
+            f"pilot {contender.name!r} gave a rudder that is no number, "
+            f"first in {suite.name} {label}"
         )
-    return Sailed(suite, entrant, seed, _columns(suite, found), _meetings(found))
+    return SuiteResult(suite, contender, seed, _columns(suite, measures), _meetings(measures))
 
 
-def _columns(suite: Suite, found: Mapping[str, np.ndarray]) -> Columns:
+def _columns(suite: Suite, measures: Mapping[str, np.ndarray]) -> Columns:
     """The measures of docs/reference/suites.md, by their names there."""
     ship, encounter = suite.cases.ship, suite.cases.encounter
     loa = np.asarray(ship.loa_m)[:, None]
     ships = np.asarray(encounter.present).sum(-1)
-    margin, range_m = found["margin"], found["range_m"]
-    steps = np.maximum(found["time_s"] / SETTINGS.step_s, 1.0)
+    margin, range_m = measures["margin"], measures["range_m"]
+    steps = np.maximum(measures["time_s"] / SETTINGS.step_s, 1.0)
     minutes = steps * SETTINGS.step_s / 60.0
-    progress = found["left_at_start_m"] - found["left_m"]
+    progress = measures["left_at_start_m"] - measures["left_m"]
     collided, intruded = range_m < loa, margin > 0
     return {
         "ships": ships.astype(np.int32),
-        "time_s": found["time_s"],
-        "arrived": found["arrived"],
+        "time_s": measures["time_s"],
+        "arrived": measures["arrived"],
         "collided": collided[:, 1],
         "collided_1200s": collided[:, 0],
-        "hulls_touched": found["hull_gap_m"] < 0,
+        "hulls_touched": measures["hull_gap_m"] < 0,
         "intruded": intruded[:, 1],
         "intruded_1200s": intruded[:, 0],
         "depth": np.maximum(margin[:, 1], 0.0),
         "margin": margin[:, 1],
-        "inside_s": found["inside_s"],
+        "inside_s": measures["inside_s"],
         "nearest_m": range_m[:, 1],
         "within_1nm": range_m[:, 1] < NAUTICAL_MILE_M,
         "within_half_nm": range_m[:, 1] < 0.5 * NAUTICAL_MILE_M,
-        "dcpa_m": found["dcpa_m"],
-        "return_waypoint": found["return_by_task"][:, 0],
-        "return_collision": found["return_by_task"][:, 1],
-        "return_total": found["return_by_task"].sum(-1),
+        "dcpa_m": measures["dcpa_m"],
+        "return_waypoint": measures["return_by_task"][:, 0],
+        "return_collision": measures["return_by_task"][:, 1],
+        "return_total": measures["return_by_task"].sum(-1),
         "progress_m": progress,
-        "sailed_m": found["sailed_m"],
-        "detour_m": found["sailed_m"] - progress,
-        "turned_deg": np.degrees(found["turned_rad"]),
-        "rudder": found["rudder"] / steps,
-        "rudder_moved_deg_min": np.degrees(found["rudder_moved_rad"]) / minutes,
-        "reversals": found["reversals.count"],
-        "weaving": found["reversals.count"] >= WEAVING,
+        "sailed_m": measures["sailed_m"],
+        "detour_m": measures["sailed_m"] - progress,
+        "turned_deg": np.degrees(measures["turned_rad"]),
+        "rudder": measures["rudder"] / steps,
+        "rudder_moved_deg_min": np.degrees(measures["rudder_moved_rad"]) / minutes,
+        "reversals": measures["reversals.count"],
+        "weaving": measures["reversals.count"] >= WEAVING,
     }
 
 
-def _meetings(found: Mapping[str, np.ndarray]) -> Columns:
+def _meetings(measures: Mapping[str, np.ndarray]) -> Columns:
     """The facts of every meeting, flat."""
     prefix = "meetings."
-    facts = {n.removeprefix(prefix): v for n, v in found.items() if n.startswith(prefix)}
-    case, slot = np.nonzero(facts["kind"] != Kind.NONE)
+    facts = {n.removeprefix(prefix): v for n, v in measures.items() if n.startswith(prefix)}
+    case, slot = np.nonzero(facts["kind"] != EncounterType.NONE)
     left_out = ("turned_rad", "across_m")
-    kept = {name: v[case, slot] for name, v in facts.items() if name not in left_out}
+    flat = {name: v[case, slot] for name, v in facts.items() if name not in left_out}
     together = np.bincount(case, minlength=len(facts["kind"]))[case]
-    return {"case": case, "slot": slot, "meetings_of_voyage": together, **kept}
+    return {"case": case, "slot": slot, "meetings_of_voyage": together, **flat}

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from glasshelm.colregs.classification import Kind
+from glasshelm.colregs.classification import EncounterType
 from glasshelm.core.output_dir import atomic_write
-from glasshelm.evaluation.measure_columns import Columns, Sailed
+from glasshelm.evaluation.measure_columns import Columns, SuiteResult
 
 ENCOUNTERS, MEETINGS = "encounters.parquet", "meetings.parquet"
 
 
-def write_parquet(sailed: tuple[Sailed, ...], out: Path) -> list[Path]:
+def write_parquet(sailed: tuple[SuiteResult, ...], out: Path) -> list[Path]:
     """Write both tables into a folder. What does not exist (the nearest of no ships) is null."""
     paths = []
     for name, columns_of in ((ENCOUNTERS, _encounters), (MEETINGS, _meetings)):
@@ -36,25 +36,25 @@ def _write(path: Path, tables: Iterator) -> None:
             writer.write_table(table)
 
 
-def _encounters(one: Sailed) -> Columns:
+def _encounters(one: SuiteResult) -> Columns:
     return {"number": np.arange(one.suite.size), **one.columns}
 
 
-def _meetings(one: Sailed) -> Columns:
-    kinds = np.array([kind.name.lower() for kind in Kind])
+def _meetings(one: SuiteResult) -> Columns:
+    kinds = np.array([kind.name.lower() for kind in EncounterType])
     facts = dict(one.meetings)
     return {"number": facts.pop("case"), **facts, "kind": kinds[facts["kind"]]}
 
 
-def _arrow(one: Sailed, columns: Columns):
+def _arrow(one: SuiteResult, columns: Columns):
     import pyarrow as pa
 
     rows = len(columns["number"])
     names = np.array(one.suite.labels, dtype=object)[columns["number"]]
     same = {
         "suite": one.suite.name,
-        "pilot": one.entrant.name,
-        "ship": one.entrant.ship_name,
+        "pilot": one.contender.name,
+        "ship": one.contender.ship_name,
         "seed": one.seed,
         "weights": one.weights,
     }

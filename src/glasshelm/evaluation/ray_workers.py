@@ -6,20 +6,20 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from glasshelm.core.errors import InputError
-from glasshelm.evaluation.result_cache import Found, Job, Workers, here, run_job
+from glasshelm.evaluation.result_cache import Columns, Executor, Job, run_job, run_locally
 
-WorkersName = Literal["here", "ray"]
+ExecutorName = Literal["here", "ray"]
 #: Jobs handed out for each processor: enough that none waits, few enough to stop soon.
 _AHEAD = 2
 
 
-def workers_named(name: WorkersName, address: str | None = None) -> Workers:
+def executor_named(name: ExecutorName, address: str | None = None) -> Executor:
     """``here``: this process. ``ray``: a Ray cluster, by default one of this machine's processors.
 
     InputError if Ray is not installed or the cluster cannot be reached.
     """
     if name == "here":
-        return here
+        return run_locally
     if importlib.util.find_spec("ray") is None:
         raise InputError(
             "--workers ray needs Ray, which is not installed: pip install 'glasshelm[ray]'"
@@ -27,7 +27,7 @@ def workers_named(name: WorkersName, address: str | None = None) -> Workers:
     return lambda jobs: _over_ray(jobs, address)
 
 
-def _over_ray(jobs: Sequence[Job], address: str | None) -> Iterator[tuple[int, Found]]:
+def _over_ray(jobs: Sequence[Job], address: str | None) -> Iterator[tuple[int, Columns]]:
     ray: Any = importlib.import_module("ray")
     if not jobs:
         return

@@ -1,10 +1,10 @@
-"""An examination cut into jobs: a chunk of cases for one pilot, done once and kept."""
+"""An evaluation cut into jobs, each a chunk of cases for one pilot, done once and stored."""
 
 import dataclasses
 import hashlib
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,74 +13,83 @@ import jax.numpy as jnp
 import numpy as np
 
 from glasshelm.core.output_dir import atomic_write
-from glasshelm.evaluation.contenders import Contender, code_digest, digest_of
-from glasshelm.evaluation.rollout import helm_for, sail
-from glasshelm.evaluation.types import Case, Suite
-from glasshelm.pilots.protocols import OraclePilot, Pilot
+from glasshelm.evaluation.contenders import Contender, code_digest, pilot_digest
+from glasshelm.evaluation.types import Suite
+from glasshelm.pilots.clairvoyant import OraclePilot
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.simulation.rollout import Case, policy_for, rollout
 
-#: Worlds sailed at once.
+#: Cases simulated at once.
 CHUNK = 500
-#: What a job leaves: the measures of its cases by their dotted names.
-Found = dict[str, np.ndarray]
+#: Arrays by name, one row a case.
+Columns = dict[str, np.ndarray]
 
 
 @dataclasses.dataclass(frozen=True)
 class Job:
-    """Some cases of a suite under one pilot. ``which`` are their places in the suite.
+    """Some cases of a suite under one pilot.
 
-    ``key`` is made of everything that the result depends on: pilot, cases,
-    code. Two jobs with one key have one result, to the bit.
+    Attributes:
+        suite: The suite's name.
+        contender: The number of the contender.
+        seed: Its training seed.
+        indices: The cases' places in the suite.
+        pilot: The pilot.
+        cases: The cases, padded to the size of a chunk.
+        steps: Steps of the longest case.
+        key: A digest of all that the result depends on: pilot, cases, code. Jobs with one key
+            have one result, to the bit.
     """
 
     suite: str
-    entrant: int
+    contender: int
     seed: int
-    which: np.ndarray
+    indices: np.ndarray
     pilot: Pilot | OraclePilot
     cases: Case
     steps: int
     key: str
 
 
-#: Does jobs in any order: gives each one's place in the list, and what it left.
-Workers = Callable[[Sequence[Job]], Iterator[tuple[int, Found]]]
+#: Runs jobs in any order and yields each one's place in the list with its result.
+Executor = Callable[[Sequence[Job]], Iterator[tuple[int, Columns]]]
 
 
-def jobs_of(suite: Suite, number: int, entrant: Contender, chunk: int = CHUNK) -> Iterator[Job]:
-    """The jobs of one entrant (the ``number``-th) in one suite, the longest voyages together.
+def split_into_jobs(
+    suite: Suite, number: int, contender: Contender, chunk: int = CHUNK
+) -> Iterator[Job]:
+    """The jobs of one contender (the ``number``-th) in one suite, the longest cases together.
 
-    Every chunk has the same number of worlds, the last is filled up with its
-    own first case; so one program is compiled and a result does not depend on
-    how many cases there are.
+    Every chunk has the same number of cases; the last is padded with its own first one. So one
+    program is compiled, and a result does not depend on how many cases there are.
     """
-    duration = np.asarray(suite.cases.steps)
-    order = np.argsort(duration, kind="stable")
+    steps = np.asarray(suite.cases.steps)
+    order = np.argsort(steps, kind="stable")
     worlds = min(chunk, suite.size)
     code = code_digest()
-    for seed, pilot in enumerate(entrant.pilots):
-        told = f"{code} {digest_of(pilot)}"
+    for seed, pilot in enumerate(contender.pilots):
+        prefix = f"{code} {pilot_digest(pilot)}"
         for first in range(0, suite.size, worlds):
-            which = order[first : first + worlds]
-            filled = np.concatenate([which, np.full(worlds - len(which), which[0])])
-            cases = suite.take(filled)
-            steps = int(duration[which].max())
-            key = _key(told, cases, steps)
-            yield Job(suite.name, number, seed, which, pilot, cases, steps, key)
+            indices = order[first : first + worlds]
+            padding = np.full(worlds - len(indices), indices[0])
+            cases = suite.take(np.concatenate([indices, padding]))
+            longest = int(steps[indices].max())
+            key = _key(f"{prefix} {longest}", cases)
+            yield Job(suite.name, number, seed, indices, pilot, cases, longest, key)
 
 
-def _key(told: str, cases: Case, steps: int) -> str:
-    digest = hashlib.sha256(f"{told} {steps}".encode())
+def _key(prefix: str, cases: Case) -> str:
+    digest = hashlib.sha256(prefix.encode())
     for leaf in jax.tree.leaves(cases):
         digest.update(f"{leaf.shape}{leaf.dtype}".encode() + np.ascontiguousarray(leaf).tobytes())
     return digest.hexdigest()[:32]
 
 
-def run_job(job: Job) -> Found:
-    """Sail a job's cases: its measures, without the cases that filled it up."""
+def run_job(job: Job) -> Columns:
+    """Simulate a job's cases: their measures by dotted names, without the padding."""
     cases = jax.tree.map(jnp.asarray, job.cases)
-    measures = sail(helm_for(job.pilot, cases), cases, job.steps)
-    count = len(job.which)
-    return {name: value[:count] for name, value in _named(jax.device_get(measures), "")}
+    measures = jax.device_get(rollout(policy_for(job.pilot, cases), cases, job.steps))
+    return {name: value[: len(job.indices)] for name, value in _named(measures, "")}
 
 
 def _named(part: Any, prefix: str) -> Iterator[tuple[str, np.ndarray]]:
@@ -92,14 +101,14 @@ def _named(part: Any, prefix: str) -> Iterator[tuple[str, np.ndarray]]:
             yield prefix + field.name, np.asarray(value)
 
 
-def here(jobs: Sequence[Job]) -> Iterator[tuple[int, Found]]:
-    """The workers that are this process: one job after the other."""
+def run_locally(jobs: Sequence[Job]) -> Iterator[tuple[int, Columns]]:
+    """The executor that is this process: one job after the other."""
     for place, job in enumerate(jobs):
         yield place, run_job(job)
 
 
 class ResultCache:
-    """Finished jobs in a folder, by their keys: one file each, whole or not there."""
+    """Results in a folder by their keys: one file each, whole or not there."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -107,31 +116,31 @@ class ResultCache:
     def path(self, key: str) -> Path:
         return self.folder / f"{key}.npz"
 
-    def read(self, key: str) -> Found | None:
-        """What a job left, if it was done before; a damaged file counts as none."""
+    def read(self, key: str) -> Columns | None:
+        """A stored result; None if there is none, or the file is damaged."""
         try:
             with np.load(self.path(key), allow_pickle=False) as file:
                 return {name: file[name] for name in file.files}
         except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error):
             return None
 
-    def write(self, key: str, found: Found) -> None:
-        """Keep it. InputError if it cannot be written."""
+    def write(self, key: str, columns: Columns) -> None:
+        """Store a result. InputError if it cannot be written."""
         with atomic_write(self.path(key)) as partial, open(partial, "wb") as file:
-            np.savez(file, **found)  # type: ignore[arg-type]
+            np.savez(file, **columns)  # type: ignore[arg-type]
 
 
-def all_done(
-    jobs: Sequence[Job], kept: ResultCache, workers: Workers = here
-) -> Iterable[tuple[Job, Found]]:
-    """Every job with what it left: those kept at once, the others as they are done."""
-    left: list[Job] = []
+def run_jobs(
+    jobs: Sequence[Job], cache: ResultCache, executor: Executor = run_locally
+) -> Iterator[tuple[Job, Columns]]:
+    """Every job with its result: those stored at once, the others as they are done."""
+    missing: list[Job] = []
     for job in jobs:
-        found = kept.read(job.key)
-        if found is None:
-            left.append(job)
+        columns = cache.read(job.key)
+        if columns is None:
+            missing.append(job)
         else:
-            yield job, found
-    for place, found in workers(left):
-        kept.write(left[place].key, found)
-        yield left[place], found
+            yield job, columns
+    for place, columns in executor(missing):
+        cache.write(missing[place].key, columns)
+        yield missing[place], columns

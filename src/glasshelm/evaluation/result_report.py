@@ -1,46 +1,91 @@
-"""The report: Markdown tables of an examination, each saying where its numbers come from."""
+"""The report: Markdown tables of an evaluation, each saying where its numbers come from."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from glasshelm.colregs.compliance import GRADES, of_kind
+from glasshelm.colregs.compliance import CRITERIA, of_type
 from glasshelm.core.text import markdown_code, markdown_text
-from glasshelm.evaluation.examination import Examined, of_suite, stacked, suites_of
-from glasshelm.evaluation.markdown import markdown, percent
-from glasshelm.evaluation.measure_columns import Sailed
-from glasshelm.evaluation.overview import overview
+from glasshelm.evaluation.evaluation_run import (
+    EvaluationResult,
+    results_by_contender,
+    stack_seeds,
+    suites_of,
+)
+from glasshelm.evaluation.measure_columns import SuiteResult
 from glasshelm.evaluation.statistics import (
-    Interval,
+    ConfidenceInterval,
     bootstrap,
     clopper_pearson,
     interquartile_mean,
     mean,
-    rate,
+    rate_interval,
     risk_ratio,
 )
+from glasshelm.evaluation.tables import markdown_table, percent
 from glasshelm.evaluation.types import Suite
 
-Seeds = Sequence[Sailed]
+Seeds = Sequence[SuiteResult]
 
 
-def report(examined: Examined, against: Sequence[str]) -> str:
-    """All tables of an examination; ``against`` names the pilots that others are compared with."""
-    parts = ["# Examination", _methods(), overview(examined)]
-    for suite in suites_of(examined):
-        entrants = of_suite(examined, suite.name)
+def markdown_report(evaluation: EvaluationResult, against: Sequence[str]) -> str:
+    """All tables of an evaluation; ``against`` names the pilots that others are compared with."""
+    parts = ["# Evaluation", _methods(), overview(evaluation)]
+    for suite in suites_of(evaluation):
+        contenders = results_by_contender(evaluation, suite.name)
         parts.append(f"## {markdown_text(suite.name)}\n\n{markdown_text(suite.note)}.")
-        parts.append(_table("Safety", _SAFETY, entrants, examined))
+        parts.append(_table("Safety", _SAFETY, contenders, evaluation))
         if suite.size <= 100:
-            parts.append(_cases_table(suite, entrants, examined))
-        counts = np.unique(entrants[0][0].columns["ships"])
+            parts.append(_cases_table(suite, contenders, evaluation))
+        counts = np.unique(contenders[0][0].columns["ships"])
         if suite.size > 100 and len(counts) > 1:
-            parts.append(_by_ships(counts, entrants, examined))
-        parts.append(_ratios(entrants, against, examined))
-        parts.append(_table("Way and helm", _WAY, entrants, examined))
-        parts.append(_rules(entrants, examined))
-    parts.append(_timings(examined))
+            parts.append(_by_ships(counts, contenders, evaluation))
+        parts.append(_ratios(contenders, against, evaluation))
+        parts.append(_table("Way and helm", _WAY, contenders, evaluation))
+        parts.append(_rules(contenders, evaluation))
+    parts.append(_timings(evaluation))
     return "\n\n".join(part for part in parts if part) + "\n"
+
+
+#: The rates of the overview, and their columns.
+SUMMARY_RATES = {
+    "Collisions": "collided",
+    "Domain intrusions": "intruded",
+    "Within 0.5 NM": "within_half_nm",
+}
+
+
+def overview(evaluation: EvaluationResult) -> str:
+    """Tables of the rates over all suites, for each ship; empty where there is one suite."""
+    suites = suites_of(evaluation)
+    if len(suites) < 2:
+        return ""
+    seeds_of_all = [
+        seeds for suite in suites for seeds in results_by_contender(evaluation, suite.name)
+    ]
+    ships = dict.fromkeys(seeds[0].contender.ship_name for seeds in seeds_of_all)
+    parts = ["## Overview"]
+    for ship in ships:
+        sailed = [seeds for seeds in seeds_of_all if seeds[0].contender.ship_name == ship]
+        for what, column in SUMMARY_RATES.items():
+            parts.append(f"**{what}, `{ship}`.**\n\n{_overview_table(column, sailed)}")
+    return "\n\n".join(parts)
+
+
+def _overview_table(column: str, sailed: Sequence[Sequence[SuiteResult]]) -> str:
+    pilots = list(dict.fromkeys(seeds[0].contender.name for seeds in sailed))
+    cells = {
+        (seeds[0].suite.name, seeds[0].contender.name): percent(
+            rate_interval(stack_seeds(seeds, column))
+        )
+        for seeds in sailed
+    }
+    sizes = {seeds[0].suite.name: seeds[0].suite.size for seeds in sailed}
+    rows = [
+        [suite, f"{size:,}", *(cells.get((suite, pilot), "–") for pilot in pilots)]
+        for suite, size in sizes.items()
+    ]
+    return markdown_table(["suite", "encounters", *pilots], rows)
 
 
 def _methods() -> str:
@@ -54,12 +99,12 @@ def _methods() -> str:
     )
 
 
-def caption(what: str, entrants: Sequence[Seeds], examined: Examined) -> str:
+def caption(what: str, contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     """What a table shows, of how much, by which weights, on which machine, by which command."""
-    sizes = {f"{seeds[0].suite.size:,} encounters × {_seeds(seeds)}" for seeds in entrants}
-    source = examined.provenance
+    sizes = {f"{seeds[0].suite.size:,} encounters × {_seeds(seeds)}" for seeds in contenders}
+    source = evaluation.run_info
     return (
-        f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(entrants)}. "
+        f"**{what}.** {'; '.join(sorted(sizes))}. Weights (SHA-256): {_weights(contenders)}. "
         f"{source.machine}; glasshelm {source.version}. {markdown_code(source.command)}"
     )
 
@@ -68,38 +113,38 @@ def _seeds(seeds: Seeds) -> str:
     return f"{len(seeds)} seed{'s' if len(seeds) > 1 else ''}"
 
 
-def _weights(entrants: Sequence[Seeds]) -> str:
-    told = []
-    for seeds in entrants:
+def _weights(contenders: Sequence[Seeds]) -> str:
+    text = []
+    for seeds in contenders:
         hashes = [f"`{one.weights}`" for one in seeds if one.weights]
         if hashes:
-            told.append(f"{markdown_text(seeds[0].entrant.name)} {', '.join(hashes)}")
-    return "; ".join(told) or "none has any"
+            text.append(f"{markdown_text(seeds[0].contender.name)} {', '.join(hashes)}")
+    return "; ".join(text) or "none has any"
 
 
 PILOT = "pilot", "ship"
 
 
 def label(seeds: Seeds) -> tuple[str, str]:
-    entrant = seeds[0].entrant
-    return entrant.name, entrant.ship_name
+    contender = seeds[0].contender
+    return contender.name, contender.ship_name
 
 
 def _rate(column: str):
     def cell(seeds: Seeds) -> str:
-        events = stacked(seeds, column)
-        told = percent(rate(events))
+        events = stack_seeds(seeds, column)
+        text = percent(rate_interval(events))
         if len(seeds) > 1:
             worst = max(int(row.sum()) for row in events)
-            told += f", worst seed {percent(clopper_pearson(worst, events.shape[1]))}"
-        return told
+            text += f", worst seed {percent(clopper_pearson(worst, events.shape[1]))}"
+        return text
 
     return cell
 
 
 def _number(column: str, how, form: str, met: bool = False):
     def cell(seeds: Seeds) -> str:
-        values = stacked(seeds, column)
+        values = stack_seeds(seeds, column)
         if met:
             values = values[:, np.isfinite(values).all(0)]
         return form.format(how(values.astype(np.float64))) if values.size else "–"
@@ -109,11 +154,16 @@ def _number(column: str, how, form: str, met: bool = False):
 
 def _iqm(column: str):
     def cell(seeds: Seeds) -> str:
-        values = stacked(seeds, column).astype(np.float64)
-        found = bootstrap(values, seeds[0].columns["ships"], interquartile_mean)
-        return f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
+        values = stack_seeds(seeds, column).astype(np.float64)
+        interval = bootstrap(values, seeds[0].columns["ships"], interquartile_mean)
+        return f"{interval.value:.2f} [{interval.low:.2f}, {interval.high:.2f}]"
 
     return cell
+
+
+def _progress_share(seeds: Seeds) -> str:
+    progress, sailed = (stack_seeds(seeds, name).sum() for name in ("progress_m", "sailed_m"))
+    return f"{100 * progress / sailed:.1f} %"
 
 
 def _percentile(q: float):
@@ -138,9 +188,7 @@ _WAY = {
     "return, IQM": _iqm("return_total"),
     "waypoint": _iqm("return_waypoint"),
     "collision, mean": _number("return_collision", mean, "{:.2f}"),
-    "made good of the way sailed": lambda seeds: (
-        f"{100 * stacked(seeds, 'progress_m').sum() / stacked(seeds, 'sailed_m').sum():.1f} %"
-    ),
+    "made good of the way sailed": _progress_share,
     "detour, mean [m]": _number("detour_m", mean, "{:.0f}"),
     "turned, mean [°]": _number("turned_deg", mean, "{:.0f}"),
     "rudder, mean of limit": _number("rudder", mean, "{:.2f}"),
@@ -150,13 +198,15 @@ _WAY = {
 }
 
 
-def _table(what: str, columns: dict, entrants: Sequence[Seeds], examined: Examined) -> str:
+def _table(
+    what: str, columns: dict, contenders: Sequence[Seeds], evaluation: EvaluationResult
+) -> str:
     header = [*PILOT, *columns]
-    rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in entrants]
-    return f"{caption(what, entrants, examined)}\n\n{markdown(header, rows)}"
+    rows = [[*label(seeds), *(cell(seeds) for cell in columns.values())] for seeds in contenders]
+    return f"{caption(what, contenders, evaluation)}\n\n{markdown_table(header, rows)}"
 
 
-def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined) -> str:
+def _by_ships(counts: np.ndarray, contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     parts = []
     for what, column in (("Collisions", "collided"), ("Intrusions", "intruded")):
         header = [*PILOT, *(f"{n} ship{'' if n == 1 else 's'}" for n in counts)]
@@ -164,22 +214,24 @@ def _by_ships(counts: np.ndarray, entrants: Sequence[Seeds], examined: Examined)
             [
                 *label(seeds),
                 *(
-                    percent(rate(stacked(seeds, column)[:, seeds[0].columns["ships"] == n]))
+                    percent(
+                        rate_interval(stack_seeds(seeds, column)[:, seeds[0].columns["ships"] == n])
+                    )
                     for n in counts
                 ),
             ]
-            for seeds in entrants
+            for seeds in contenders
         ]
-        told = caption(f"{what} by number of ships", entrants, examined)
-        parts.append(f"{told}\n\n{markdown(header, rows)}")
+        text = caption(f"{what} by number of ships", contenders, evaluation)
+        parts.append(f"{text}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
-def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: Examined) -> str:
+def _cases_table(suite: Suite, contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     """Which of a few named cases went wrong."""
 
     def named(seeds: Seeds, column: str, depth: bool) -> str:
-        told = []
+        text = []
         for one in seeds:
             bad = np.flatnonzero(one.columns[column])
             deep = one.columns["depth"]
@@ -187,56 +239,60 @@ def _cases_table(suite: Suite, entrants: Sequence[Seeds], examined: Examined) ->
                 f"{suite.labels[i]} ({deep[i]:.2f})" if depth else suite.labels[i] for i in bad
             ]
             some = f": {', '.join(names)}" if 0 < len(bad) < suite.size else ""
-            told.append(f"{len(bad)} of {suite.size}{some}")
-        return "; ".join(told)
+            text.append(f"{len(bad)} of {suite.size}{some}")
+        return "; ".join(text)
 
     rows = [
         [*label(seeds), named(seeds, "collided", False), named(seeds, "intruded", True)]
-        for seeds in entrants
+        for seeds in contenders
     ]
-    told = caption("Cases (depth of Eq. 13); seeds apart by semicolons", entrants, examined)
-    table = markdown([*PILOT, "collided", "intruded"], rows)
-    return f"{told}\n\n{table}"
+    text = caption("Cases (depth of Eq. 13); seeds apart by semicolons", contenders, evaluation)
+    table = markdown_table([*PILOT, "collided", "intruded"], rows)
+    return f"{text}\n\n{table}"
 
 
-def _ratios(entrants: Sequence[Seeds], against: Sequence[str], examined: Examined) -> str:
-    """Risk ratios against the reference pilots that were examined on the same ship."""
+def _ratios(
+    contenders: Sequence[Seeds], against: Sequence[str], evaluation: EvaluationResult
+) -> str:
+    """Risk ratios against the reference pilots that were evaluated on the same ship."""
     parts = []
     for name in against:
-        theirs = {s[0].entrant.ship_name: s for s in entrants if s[0].entrant.name == name}
+        theirs = {s[0].contender.ship_name: s for s in contenders if s[0].contender.name == name}
         rows = []
-        for seeds in entrants:
-            reference = theirs.get(seeds[0].entrant.ship_name)
+        for seeds in contenders:
+            reference = theirs.get(seeds[0].contender.ship_name)
             if reference is None or reference is seeds:
                 continue
             cells = [*label(seeds)]
             for column in ("collided", "intruded", "within_half_nm"):
-                found = risk_ratio(stacked(seeds, column), stacked(reference, column))
-                cells.append(_ratio(found))
+                interval = risk_ratio(stack_seeds(seeds, column), stack_seeds(reference, column))
+                cells.append(_ratio(interval))
             rows.append(cells)
         if rows:
             header = [*PILOT, "collisions", "domain intrusions", "within 0.5 NM"]
-            told = caption(f"Risk ratio against {markdown_text(name)}, paired", entrants, examined)
-            parts.append(f"{told}\n\n{markdown(header, rows)}")
+            text = caption(
+                f"Risk ratio against {markdown_text(name)}, paired", contenders, evaluation
+            )
+            parts.append(f"{text}\n\n{markdown_table(header, rows)}")
     return "\n\n".join(parts)
 
 
-def _ratio(found: Interval | None) -> str:
-    if found is None:
+def _ratio(interval: ConfidenceInterval | None) -> str:
+    if interval is None:
         return "– (never)"
-    return f"{found.value:.4f} [{found.low:.4f}, {found.high:.4f}]"
+    return f"{interval.value:.4f} [{interval.low:.4f}, {interval.high:.4f}]"
 
 
-def _rules(entrants: Sequence[Seeds], examined: Examined) -> str:
+def _rules(contenders: Sequence[Seeds], evaluation: EvaluationResult) -> str:
     """One table a kind of meeting: the share of meetings in which each thing was done."""
     parts = []
-    for kind, judgements in GRADES.items():
+    for kind, judgements in CRITERIA.items():
         rows = []
-        for seeds in entrants:
+        for seeds in contenders:
             cells = [*label(seeds)]
             for alone in (False, True):
                 # The first seed's only: meetings differ from seed to seed.
-                facts = of_kind(seeds[0].meetings, kind, alone)
+                facts = of_type(seeds[0].meetings, kind, alone)
                 count = len(facts["kind"])
                 cells.append(str(count))
                 for judge in judgements.values() if count else ():
@@ -245,9 +301,9 @@ def _rules(entrants: Sequence[Seeds], examined: Examined) -> str:
             rows.append(cells)
         if all(row[2] == "0" for row in rows):
             continue
-        told = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", entrants, examined)
+        text = caption(f"COLREGs, {kind.name.lower().replace('_', ' ')}", contenders, evaluation)
         both = ["meetings", *judgements, "alone: meetings", *judgements]
-        parts.append(f"{told} {_UNTAUGHT}\n\n{markdown(['pilot | ship', *both], rows)}")
+        parts.append(f"{text} {_UNTAUGHT}\n\n{markdown_table(['pilot | ship', *both], rows)}")
     return "\n\n".join(parts)
 
 
@@ -258,12 +314,14 @@ _UNTAUGHT = (
 )
 
 
-def _timings(examined: Examined) -> str:
-    rows = [[t.pilot, t.ship_name, f"{t.p50_ms:.2f}", f"{t.p99_ms:.2f}"] for t in examined.timings]
-    source = examined.provenance
+def _timings(evaluation: EvaluationResult) -> str:
+    rows = [
+        [t.pilot, t.ship_name, f"{t.p50_ms:.2f}", f"{t.p99_ms:.2f}"] for t in evaluation.timings
+    ]
+    source = evaluation.run_info
     return (
         "## Time to decide\n\n**From an observation of six ships to a rudder, without "
         f"explanation.** {source.machine}; glasshelm {source.version}. "
         f"{markdown_code(source.command)}\n\n"
-        + markdown(["pilot", "ship", "p50 [ms]", "p99 [ms]"], rows)
+        + markdown_table(["pilot", "ship", "p50 [ms]", "p99 [ms]"], rows)
     )

@@ -7,11 +7,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from glasshelm.encounters.random_encounters import RandomEncounters
+from glasshelm.env.observe import Observation
 from glasshelm.env.step import reset
-from glasshelm.evaluation.suites.random_suite import draw
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.evaluation.suites.random_suite import numbered_encounters
+from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams
 
 CALLS = 300
@@ -19,7 +21,7 @@ _SIX = RandomEncounters(targets=(6, 6))
 
 
 @dataclasses.dataclass(frozen=True)
-class Timing:
+class DecisionTime:
     """Milliseconds from an observation of six ships to a rudder: median and 99th percentile."""
 
     pilot: str
@@ -28,11 +30,18 @@ class Timing:
     p99_ms: float
 
 
-def decision_time(name: str, ship_name: str, pilot: Pilot, ship: ShipParams) -> Timing:
+def measure_decision_time(
+    name: str, ship_name: str, pilot: Pilot, ship: ShipParams
+) -> DecisionTime:
     """Measured over ``CALLS`` decisions in a row, after the first (which is compiled)."""
-    encounter = jax.tree.map(lambda x: jnp.asarray(x[0]), draw(ship, 1, _SIX))
+    encounter = jax.tree.map(lambda x: jnp.asarray(x[0]), numbered_encounters(ship, 1, _SIX))
     observation = reset(encounter, ship).observation
-    steer = eqx.filter_jit(lambda pilot, observation, memory: pilot.steer(observation, memory))
+
+    @eqx.filter_jit
+    def steer(pilot: Pilot, observation: Observation, memory: Memory) -> tuple[Array, Memory]:
+        decision, memory = pilot.decide(observation, memory)
+        return decision.rudder, memory
+
     _, memory = jax.block_until_ready(steer(pilot, observation, pilot.start()))
     took = np.empty(CALLS)
     for i in range(CALLS):
@@ -40,4 +49,4 @@ def decision_time(name: str, ship_name: str, pilot: Pilot, ship: ShipParams) -> 
         _, memory = jax.block_until_ready(steer(pilot, observation, memory))
         took[i] = time.perf_counter() - began
     p50, p99 = np.percentile(1000 * took, [50, 99])
-    return Timing(name, ship_name, float(p50), float(p99))
+    return DecisionTime(name, ship_name, float(p50), float(p99))

@@ -1,34 +1,12 @@
-"""What an examination is made of: cases, and the suites that hold them."""
+"""What an evaluation is made of: suites of cases."""
 
 import dataclasses
 
-import equinox as eqx
 import jax
 import numpy as np
-from jaxtyping import Array, Float, Int
 
-from glasshelm.encounters.types import Encounter, TargetInfo
-from glasshelm.evaluation.sensor_model import Disturbance
-from glasshelm.ship.nomoto import ShipParams
-
-#: Numbers of a batch live on the host until they are sailed.
-Real = Float[Array, "..."] | Float[np.ndarray, "..."]
-
-
-class Case(eqx.Module):
-    """One question of the examination: an encounter and the ship that is truly sailed.
-
-    ``steps`` is how many steps of 5 s count; ``length_m`` and ``beam_m`` are the
-    targets' hulls; ``disturbance`` is what own ship's instruments make of the
-    world, None where the pilot sees it as it is. A batch has one more axis in front.
-    """
-
-    encounter: Encounter
-    ship: ShipParams
-    steps: Int[Array, "*b"] | Int[np.ndarray, "*b"]
-    length_m: Real
-    beam_m: Real
-    disturbance: Disturbance | None = None
+from glasshelm.encounters.types import TargetInfo
+from glasshelm.simulation.rollout import Case
 
 
 @dataclasses.dataclass(frozen=True)

@@ -9,25 +9,24 @@ import numpy as np
 
 from glasshelm.core.geometry import Vector, closest_approach, direction, norm, to_body, velocity
 from glasshelm.encounters.types import TargetInfo
-from glasshelm.evaluation.measure_columns import Sailed
+from glasshelm.evaluation.measure_columns import SuiteResult
 from glasshelm.evaluation.result_cache import CHUNK
-from glasshelm.evaluation.rollout import SETTINGS, Place, helm_for, retrace
-from glasshelm.evaluation.types import Case
 from glasshelm.frames.schema import Decision, Frame, Own, Target, Waypoint
 from glasshelm.ship.domain import danger
 from glasshelm.simulation.frame_builder import ship_part
+from glasshelm.simulation.rollout import SETTINGS, Case, Positions, policy_for, rollout_tracks
 
 
-def worst(one: Sailed, count: int) -> np.ndarray:
+def worst_cases(one: SuiteResult, count: int) -> np.ndarray:
     """The encounters in which the pilot was deepest in somebody's domain, or nearest to it."""
     met = np.flatnonzero(one.columns["ships"] > 0)
     return met[np.argsort(-one.columns["margin"][met], kind="stable")][:count]
 
 
-def replayed(one: Sailed, which: np.ndarray) -> Iterator[list[Frame]]:
+def replay_cases(one: SuiteResult, which: np.ndarray) -> Iterator[list[Frame]]:
     """The frames of some encounters, each as long as it was measured.
 
-    They are sailed in a batch of the size that was examined, as near to the same
+    They are sailed in a batch of the size that was evaluated, as near to the same
     program as can be: a voyage that hangs by the last bit of a number may still differ.
     """
     if len(which) == 0:
@@ -36,8 +35,8 @@ def replayed(one: Sailed, which: np.ndarray) -> Iterator[list[Frame]]:
     filled = np.resize(which, worlds)
     cases = jax.tree.map(jnp.asarray, one.suite.take(filled))
     steps = int(np.asarray(cases.steps).max())
-    helm = helm_for(one.entrant.pilots[one.seed], cases)
-    places = jax.device_get(retrace(helm, cases, steps))
+    helm = policy_for(one.contender.pilots[one.seed], cases)
+    places = jax.device_get(rollout_tracks(helm, cases, steps))
     for k, number in enumerate(which):
         case = jax.tree.map(lambda x, k=k: x[k], cases)
         last = round(float(one.columns["time_s"][number]) / SETTINGS.step_s)
@@ -47,7 +46,7 @@ def replayed(one: Sailed, which: np.ndarray) -> Iterator[list[Frame]]:
 
 
 def _frames(
-    one: Sailed, case: Case, place: Place, source: str, infos: tuple[TargetInfo, ...]
+    one: SuiteResult, case: Case, place: Positions, source: str, infos: tuple[TargetInfo, ...]
 ) -> list[Frame]:
     """Frames without reasons: what was where, and the rudder decided."""
     ship = ship_part(jax.tree.map(float, case.ship))
@@ -57,7 +56,7 @@ def _frames(
     return [
         Frame(
             time_s=SETTINGS.step_s * t,
-            pilot=one.entrant.name,
+            pilot=one.contender.name,
             source=source,
             ship=ship,
             own=Own(
@@ -76,7 +75,7 @@ def _frames(
     ]
 
 
-def _targets(case: Case, place: Place, infos: tuple[TargetInfo, ...]) -> list[list[Target]]:
+def _targets(case: Case, place: Positions, infos: tuple[TargetInfo, ...]) -> list[list[Target]]:
     """The targets at each instant."""
     own = jax.tree.map(lambda x: x[:, None], place.own)
     offset = Vector(place.east_m - own.east_m, place.north_m - own.north_m)

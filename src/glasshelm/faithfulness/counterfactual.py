@@ -15,7 +15,7 @@ from glasshelm.ship.nomoto import ShipParams
 STEPS = 60
 
 
-def turned_without(
+def heading_effects(
     actor: Policy, encounter: Encounter, state: EnvState, ship: ShipParams
 ) -> Float[Array, " n"]:
     """How much farther to starboard own ship heads after five minutes because ship i is there.

@@ -1,28 +1,59 @@
-"""One exam from beginning to end: pilot after pilot, each one's results written when it is done."""
+"""One exam: pilot after pilot, the results written after each."""
 
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from glasshelm.core.compile_cache import clear_if_full
+from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import atomic_write
 from glasshelm.core.terminal import Terminal, progress
 from glasshelm.core.text import file_name
+from glasshelm.evaluation.contenders import Contender
 from glasshelm.evaluation.result_cache import ResultCache
-from glasshelm.faithfulness.exam_runner import Examined, examine
-from glasshelm.faithfulness.score_cache import kept_or, key_of
+from glasshelm.faithfulness.exam_runner import ExamResult, run_exam
+from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
 from glasshelm.faithfulness.score_plots import scores_figure
-from glasshelm.faithfulness.score_tables import report
+from glasshelm.faithfulness.score_tables import exam_report
 from glasshelm.figures.style import save
+from glasshelm.networks.actors import AttentionActor
 from glasshelm.pilots.learned import LearnedPilot
 
 #: Encounters, scenes at most of each number of ships, numbers of ships.
-What = tuple[int, int, tuple[int, ...]]
+ExamSize = tuple[int, int, tuple[int, ...]]
 
 
-def examine_all(
+def eligible_pilots(contenders: Sequence[Contender]) -> list[tuple[str, list[LearnedPilot]]]:
+    """Each contender's name and seeds. InputError names the first that cannot be examined."""
+    return [(contender.name, _seeds(contender)) for contender in contenders]
+
+
+def _seeds(contender: Contender) -> list[LearnedPilot]:
+    seeds = []
+    for pilot in contender.pilots:
+        if not isinstance(pilot, LearnedPilot):
+            raise InputError(
+                f"pilot {pilot.name!r} has no networks to explain, or is guarded: "
+                "name a learned pilot or a .safetensors file"
+            )
+        if seeds and _networks(pilot) != _networks(seeds[0]):
+            raise InputError(
+                f"pilot {contender.name!r}: its seeds cannot be examined together: "
+                f"{seeds[0].name!r} is {_networks(seeds[0])}, {pilot.name!r} is {_networks(pilot)}"
+            )
+        seeds.append(pilot)
+    return seeds
+
+
+def _networks(pilot: LearnedPilot) -> str:
+    """What decides which explanations there are, in words."""
+    actor = "an attention actor" if isinstance(pilot.actor, AttentionActor) else "a sum actor"
+    return f"{actor} {'without a' if pilot.critic is None else 'with its'} critic"
+
+
+def run_exams(
     chosen: Sequence[tuple[str, Sequence[LearnedPilot]]],
-    what: What,
+    what: ExamSize,
     out: Path,
     command: str,
     machine: str,
@@ -38,14 +69,13 @@ def examine_all(
         for name, seeds in chosen:
             examined = []
             for number, pilot in enumerate(seeds):
-                found, before = _examined(name, pilot, what, out, console)
-                examined.append(found)
+                result, before = _examined(name, pilot, what, out, console)
+                examined.append(result)
                 done += 1
                 clear_if_full()
                 kept = ", examined before" if before else ""
-                said = f"{name}, seed {number}: {len(found.voyage)} scenes{kept}"
-                console.say(said)
-            text.append(report(name, examined, command, machine))
+                console.say(f"{name}, seed {number}: {len(result.voyage)} scenes{kept}")
+            text.append(exam_report(name, examined, command, machine))
             with atomic_write(out / "exam.md") as partial:
                 partial.write_text("\n".join(text), encoding="utf-8")
             save(scores_figure(examined, name), out / f"exam-{file_name(name)}")
@@ -59,13 +89,13 @@ def examine_all(
 
 
 def _examined(
-    name: str, pilot: LearnedPilot, what: What, out: Path, console: Terminal
-) -> tuple[Examined, bool]:
+    name: str, pilot: LearnedPilot, what: ExamSize, out: Path, console: Terminal
+) -> tuple[ExamResult, bool]:
     with progress(console) as bar:
         task = bar.add_task(name, total=None)
 
         def say(doing: str, done: int, of: int) -> None:
             bar.update(task, description=doing, completed=done, total=of)
 
-        work = partial(examine, pilot, *what, say)
-        return kept_or(work, ResultCache(out / "chunks"), key_of(pilot, *what), pilot)
+        work = partial(run_exam, pilot, *what, say)
+        return load_or_compute(work, ResultCache(out / "chunks"), cache_key(pilot, *what), pilot)

@@ -1,4 +1,4 @@
-"""Every explanation as one number a ship, beside nulls that know nothing of the pilot."""
+"""Every explanation as one number a ship, beside null explanations that ignore the pilot."""
 
 import dataclasses
 from collections.abc import Callable
@@ -9,8 +9,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
-from glasshelm.explain.shapley import exact_shapley, value_function
-from glasshelm.explain.step_explanation import Explanation, explain
+from glasshelm.explanation.shapley import exact_shapley, value_function
+from glasshelm.explanation.step_explanation import Explanation, explain
 from glasshelm.networks.actors import Actor, AttentionActor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
@@ -18,7 +18,7 @@ from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 Kind = Literal["paper", "ours", "null"]
 Part = TypeVar("Part")
 #: (actor, critic, what is seen, key) -> one number a ship.
-Of = Callable[
+AttributionFn = Callable[
     [Actor, SubTaskCritic | None, Observation, PRNGKeyArray],
     Float[Array, " n"],
 ]
@@ -31,7 +31,7 @@ class Explainer:
     name: str
     title: str
     kind: Kind
-    of: Of
+    of: AttributionFn
     signed: bool = False
     needs_attention: bool = False
     needs_critic: bool = False
@@ -43,7 +43,7 @@ class Explainer:
         return critic is not None or not self.needs_critic
 
 
-def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> Of:
+def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> AttributionFn:
     """A part of the explanation that every decision carries."""
 
     def of(actor, critic, observation, key):
@@ -53,7 +53,7 @@ def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> Of:
 
 
 def _there(part: Part | None) -> Part:
-    """What the pilot was asked for because she has it (``Explainer.fits``)."""
+    """A part that the pilot has (``Explainer.fits``)."""
     assert part is not None
     return part
 

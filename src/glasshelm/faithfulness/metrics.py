@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from glasshelm.explain.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.coalitions import coalitions, exact_from_worths
 
 
 class Scores(eqx.Module):
@@ -20,7 +20,8 @@ class Scores(eqx.Module):
     tells rightly (nan where it claims none). ``deletion`` and ``insertion``: 0 is a random
     order, 1 the best one (nan where all orders are alike). ``infidelity``
     (Yeh et al. 2019, uniform over coalitions): the share of the rudder's
-    variation that c·Σe misses with c fitted, ``as_told`` with c = 1 (nan where e is no rudder).
+    variation that c·Σe misses with c fitted, ``unscaled_infidelity`` with c = 1 (nan where
+    e is no rudder).
     """
 
     kendall: Float[Array, ""]
@@ -29,32 +30,35 @@ class Scores(eqx.Module):
     deletion: Float[Array, ""]
     insertion: Float[Array, ""]
     infidelity: Float[Array, ""]
-    as_told: Float[Array, ""]
+    unscaled_infidelity: Float[Array, ""]
 
 
-def scores(
-    told: Float[Array, " n"], worth: Float[Array, " k"], signed: bool | Bool[Array, ""]
+def score_attribution(
+    attribution: Float[Array, " n"], rudders: Float[Array, " k"], signed: bool | Bool[Array, ""]
 ) -> Scores:
-    """The scores of an explanation ``told`` against the rudders ``worth`` of all coalitions.
+    """The scores of one explanation of one scene.
 
-    ``signed``: it claims a side, and is in the units of ``worth``.
+    Args:
+        attribution: One number a ship.
+        rudders: The rudders of all coalitions, by their bits.
+        signed: The attribution claims a side, and is in the units of ``rudders``.
     """
-    players = told.shape[0]
-    true = exact_from_worths(worth).by_ship
-    size, place = jnp.abs(true), _places(jnp.abs(told))
-    right = (jnp.sign(told) == jnp.sign(true)) * size
+    players = attribution.shape[0]
+    true = exact_from_worths(rudders).by_ship
+    size, rank = jnp.abs(true), _ranks(jnp.abs(attribution))
+    right = (jnp.sign(attribution) == jnp.sign(true)) * size
     sign = jnp.where(signed, right.sum() / jnp.maximum(size.sum(), 1e-12), jnp.nan)
     full = 2**players - 1
-    left_out = jnp.abs(worth - worth[full])[::-1]  # by who is left out, not by who is in
-    kept = jnp.abs(worth - worth[full])
+    left_out = jnp.abs(rudders - rudders[full])[::-1]  # by who is left out, not by who is in
+    kept = jnp.abs(rudders - rudders[full])
     return Scores(
-        kendall_tau(jnp.abs(told), size),
-        (jnp.argmax(jnp.abs(told)) == jnp.argmax(size)).astype(jnp.float32),
+        kendall_tau(jnp.abs(attribution), size),
+        (jnp.argmax(jnp.abs(attribution)) == jnp.argmax(size)).astype(jnp.float32),
         sign,
-        _normalised(left_out, place, best=1.0),
-        _normalised(kept, place, best=-1.0),
-        _infidelity(told, worth),
-        jnp.where(signed, _infidelity(told, worth, 1.0), jnp.nan),
+        _normalised(left_out, rank, best=1.0),
+        _normalised(kept, rank, best=-1.0),
+        _infidelity(attribution, rudders),
+        jnp.where(signed, _infidelity(attribution, rudders, 1.0), jnp.nan),
     )
 
 
@@ -66,8 +70,8 @@ def kendall_tau(a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, ""
     return jnp.sum(da * db) / jnp.maximum(ties, 1.0)
 
 
-def _places(size: Float[Array, " n"]) -> Int[Array, " n"]:
-    """The place of each in falling order, from 0; of equals the earlier slot comes first."""
+def _ranks(size: Float[Array, " n"]) -> Int[Array, " n"]:
+    """The rank of each in falling order, from 0; of equals the earlier slot comes first."""
     slot = jnp.arange(size.shape[0])
     larger = size[None, :] > size[:, None]
     equal = (size[None, :] == size[:, None]) & (slot[None, :] < slot[:, None])
@@ -75,7 +79,7 @@ def _places(size: Float[Array, " n"]) -> Int[Array, " n"]:
 
 
 def _normalised(
-    change: Float[Array, " k"], place: Int[Array, " n"], best: float
+    change: Float[Array, " k"], rank: Int[Array, " n"], best: float
 ) -> Float[Array, ""]:
     """(this order's area − a random one's) / (the best one's − a random one's).
 
@@ -83,8 +87,8 @@ def _normalised(
     ``best`` +1 where a large area is good, −1 where a small one is.
     """
     value = best * change
-    players = place.shape[0]
-    first = place[None, :] < 1 + jnp.arange(players)[:, None]
+    players = rank.shape[0]
+    first = rank[None, :] < 1 + jnp.arange(players)[:, None]
     taken = (first * 2 ** jnp.arange(players)).sum(1)
     ours = value[taken].sum()
     sizes = coalitions(players).sum(1)
@@ -107,11 +111,11 @@ def _best_path(value: Float[Array, " k"], players: int) -> Float[Array, ""]:
 
 
 def _infidelity(
-    told: Float[Array, " n"], worth: Float[Array, " k"], c: float | None = None
+    attribution: Float[Array, " n"], rudders: Float[Array, " k"], c: float | None = None
 ) -> Float[Array, ""]:
     """E_S[(v(N) − v(N∖S) − c·Σ_{i∈S} e_i)²] / E_S[(v(N) − v(N∖S))²], S uniform; least over c
     unless it is given."""
-    drop = worth[-1] - worth[::-1]
-    said = jnp.asarray(coalitions(told.shape[0]), jnp.float32) @ told
-    scale = (said @ drop) / jnp.maximum(said @ said, 1e-20) if c is None else c
-    return ((drop - scale * said) ** 2).sum() / jnp.maximum((drop**2).sum(), 1e-20)
+    drop = rudders[-1] - rudders[::-1]
+    claimed = jnp.asarray(coalitions(attribution.shape[0]), jnp.float32) @ attribution
+    scale = (claimed @ drop) / jnp.maximum(claimed @ claimed, 1e-20) if c is None else c
+    return ((drop - scale * claimed) ** 2).sum() / jnp.maximum((drop**2).sum(), 1e-20)

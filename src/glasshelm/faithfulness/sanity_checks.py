@@ -29,7 +29,7 @@ DRAWS = 10
 _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx", "vy"))
 
 
-def shaken(observation: Observation, key: PRNGKeyArray) -> Observation:
+def perturb_sensors(observation: Observation, key: PRNGKeyArray) -> Observation:
     """The same scene through sensors that err: one offset a ship, the same in all five frames.
 
     Offsets are uniform in ± :data:`POSITION_M` and ± :data:`VELOCITY_M_S` on each
@@ -37,51 +37,57 @@ def shaken(observation: Observation, key: PRNGKeyArray) -> Observation:
     """
     place_key, speed_key = jax.random.split(key)
     ships = observation.present.shape[-1]
-    moved = jax.random.uniform(place_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * POSITION_M
-    faster = jax.random.uniform(speed_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * VELOCITY_M_S
-    offset = observation.targets[..., (_DX, _DY)] * LENGTH_M + moved
-    speed = observation.targets[..., (_VX, _VY)] * SPEED_M_S + faster
+    shift = jax.random.uniform(place_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * POSITION_M
+    speed_shift = (
+        jax.random.uniform(speed_key, (ships, 1, 2), minval=-1.0, maxval=1.0) * VELOCITY_M_S
+    )
+    offset = observation.targets[..., (_DX, _DY)] * LENGTH_M + shift
+    speed = observation.targets[..., (_VX, _VY)] * SPEED_M_S + speed_shift
     rows = target_row(Vector(offset[..., 0], offset[..., 1]), Vector(speed[..., 0], speed[..., 1]))
     return eqx.tree_at(lambda o: o.targets, observation, rows)
 
 
 def sensitivity(
-    tell: Callable[[Observation], Float[Array, "e n"]], observation: Observation, key: PRNGKeyArray
+    attribute: Callable[[Observation], Float[Array, "e n"]],
+    observation: Observation,
+    key: PRNGKeyArray,
 ) -> Float[Array, " e"]:
     """max ‖e(s + ε) − e(s)‖ / ‖e(s)‖ over :data:`DRAWS` draws of the sensors' errors.
 
-    Of every row that ``tell`` gives; a jumpy pilot is not the explanation's fault, so
+    Of every row that ``attribute`` gives; a jumpy pilot is not the explanation's fault, so
     let the rudder be one of them.
     """
-    told = tell(observation)
-    others = jax.vmap(lambda draw: tell(shaken(observation, draw)))(jax.random.split(key, DRAWS))
-    worst = jnp.linalg.norm(others - told, axis=-1).max(0)
-    return worst / jnp.maximum(jnp.linalg.norm(told, axis=-1), 1e-9)
+    base = attribute(observation)
+    others = jax.vmap(lambda draw: attribute(perturb_sensors(observation, draw)))(
+        jax.random.split(key, DRAWS)
+    )
+    worst = jnp.linalg.norm(others - base, axis=-1).max(0)
+    return worst / jnp.maximum(jnp.linalg.norm(base, axis=-1), 1e-9)
 
 
-def forgotten(network: Network, seed: int, layers: int | None = None) -> Network:
+def randomise_weights(network: Network, seed: int, layers: int | None = None) -> Network:
     """The network with the weights of its top layers exchanged within each matrix, at random.
 
     ``layers`` are counted from the output down; None: all. Shapes and scales
-    stay, what was learned is lost (Adebayo et al. 2018). With one seed the layers that
-    are lost first are shuffled alike however many follow.
+    stay, what was learned is randomised (Adebayo et al. 2018). With one seed the layers that
+    are randomised first are shuffled alike however many follow.
     """
     rank = {
         id(leaf): place
-        for place, turn in enumerate(_from_output(network))
-        for leaf in jax.tree.leaves(turn)
+        for place, stage in enumerate(_from_output(network))
+        for leaf in jax.tree.leaves(stage)
     }
     leaves, tree = jax.tree.flatten(network)
     rng = np.random.default_rng(seed)
-    mixed = []
+    leaves_out = []
     for leaf in leaves:
         shuffled = rng.permutation(np.ravel(leaf)).reshape(leaf.shape)
-        lost = layers is None or rank[id(leaf)] < layers
-        mixed.append(shuffled if lost else np.asarray(leaf))
-    return jax.tree.unflatten(tree, mixed)
+        randomised = layers is None or rank[id(leaf)] < layers
+        leaves_out.append(shuffled if randomised else np.asarray(leaf))
+    return jax.tree.unflatten(tree, leaves_out)
 
 
-def depth(network: Actor | SubTaskCritic | None) -> int:
+def count_layers(network: Actor | SubTaskCritic | None) -> int:
     """The number of layers that there are to forget, one after the other."""
     return len(_from_output(network))
 
@@ -94,13 +100,13 @@ def _from_output(network: Any) -> list[tuple[Any, ...]]:
     if network is None:
         return []
     if isinstance(network, SubTaskCritic):
-        turns: list[tuple[Mlp, ...]] = [(network.of_waypoint, network.of_target)]
+        stages: list[tuple[Mlp, ...]] = [(network.of_waypoint, network.of_target)]
     else:
         encoders = (network.encode_waypoint, network.encode_target)
         score = (network.score,) if isinstance(network, AttentionActor) else ()
-        turns = [(network.head,), (*encoders, *score)]
+        stages = [(network.head,), (*encoders, *score)]
     found = []
-    for side_by_side in turns:
+    for side_by_side in stages:
         layers = [list(zip(m.weights, m.biases, strict=True))[::-1] for m in side_by_side]
         found += [tuple(filter(None, same)) for same in itertools.zip_longest(*layers)]
     return found

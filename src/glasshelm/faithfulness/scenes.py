@@ -1,8 +1,9 @@
-"""Scenes to ask explanations about: what a pilot sees on her own voyages, where ships matter."""
+"""The scenes of the exam: what a pilot observes on its own voyages where ships matter to it."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -14,18 +15,23 @@ from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState, reset, step
-from glasshelm.explain.shapley import exact_shapley, value_function
-from glasshelm.faithfulness.chunking import in_chunks
+from glasshelm.explanation.shapley import exact_shapley, value_function
 from glasshelm.networks.actors import Actor
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.ship.nomoto import ShipParams
 
 #: A scene counts if some ship moves the rudder by so much (Shapley value of the rudder) [rad].
-MATTERS_RAD = float(np.radians(0.25))
+MIN_SHAPLEY_RAD = float(np.radians(0.25))
 #: Voyages of 2400 s, looked at every 100 s from 100 s on.
-STEPS, EVERY = 480, 20
-#: Numbers of ships asked about: with one there is nothing to tell apart.
-COUNTS = (2, 3, 4, 5, 6)
+STEPS, SAMPLE_EVERY = 480, 20
+#: Numbers of ships: with one there is nothing to compare.
+SHIP_COUNTS = (2, 3, 4, 5, 6)
+
+
+#: Scenes that a compiled program takes at once.
+CHUNK = 64
+
+Result = TypeVar("Result")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,20 +57,20 @@ class Scenes:
         return len(self.voyage)
 
 
-def scenes_of(
-    pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int] = COUNTS
+def collect_scenes(
+    pilot: LearnedPilot, encounters: int, max_scenes: int, counts: Sequence[int] = SHIP_COUNTS
 ) -> list[Scenes]:
     """Scenes of a pilot's voyages through the fixed random encounters, by number of ships.
 
-    At most ``most`` of each number, evenly over the voyages. Scenes in which no
-    ship moves her rudder by :data:`MATTERS_RAD` are left out.
+    At most ``max_scenes`` of each number, evenly over the voyages. Scenes in which no
+    ship moves the rudder by :data:`MIN_SHAPLEY_RAD` are left out.
     """
     ship = pilot.trained.ship
     drawn = validation_encounters(ship, encounters)
     states = _voyages(pilot.actor, drawn, ship)
     instants = states.step.shape[0]
     count = np.asarray(drawn.present.sum(-1))
-    found = []
+    groups = []
     for ships in counts:
         voyage = np.flatnonzero(count == ships)
         if len(voyage) == 0:
@@ -73,20 +79,37 @@ def scenes_of(
         encounter = _only(jax.tree.map(lambda x, v=voyage: x[v], drawn), place)
         state = jax.tree.map(lambda x, v=voyage: x[:, v], states)
         state = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), _only_seen(state, place))
-        whose = np.tile(np.arange(len(voyage)), instants)
-        telling = np.flatnonzero(in_chunks(partial(_matters, pilot), state.observation))
-        chosen = telling[np.linspace(0, len(telling) - 1, min(most, len(telling))).astype(int)]
+        voyage_of = np.tile(np.arange(len(voyage)), instants)
+        telling = np.flatnonzero(map_in_chunks(partial(_matters, pilot), state.observation))
+        chosen = telling[
+            np.linspace(0, len(telling) - 1, min(max_scenes, len(telling))).astype(int)
+        ]
         if len(chosen) == 0:
             continue
-        found.append(
+        groups.append(
             Scenes(
                 ships,
-                jax.tree.map(lambda x, w=whose[chosen]: x[w], encounter),
+                jax.tree.map(lambda x, w=voyage_of[chosen]: x[w], encounter),
                 jax.tree.map(lambda x, c=chosen: x[c], state),
-                voyage[whose[chosen]],
+                voyage[voyage_of[chosen]],
             )
         )
-    return found
+    return groups
+
+
+def map_in_chunks(work: Callable[[Any], Result], scenes: Any) -> Result:
+    """Apply ``work`` to every scene [s, ...] of a pytree, :data:`CHUNK` at a time.
+
+    The last chunk is padded with its first scene, so that ``work`` is compiled for one shape.
+    """
+    count = jax.tree.leaves(scenes)[0].shape[0]
+    parts = []
+    for first in range(0, count, CHUNK):
+        wanted = np.arange(first, min(first + CHUNK, count))
+        place = np.concatenate([wanted, np.full(CHUNK - len(wanted), first)])
+        done = jax.device_get(work(jax.tree.map(lambda x, p=place: x[p], scenes)))
+        parts.append(jax.tree.map(lambda x, n=len(wanted): x[:n], done))
+    return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
 @jax.jit
@@ -99,11 +122,11 @@ def _voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> EnvState:
         return moved(encounters, state, action), None
 
     def leap(state: EnvState, _: None):
-        state, _ = jax.lax.scan(tick, state, None, length=EVERY)
+        state, _ = jax.lax.scan(tick, state, None, length=SAMPLE_EVERY)
         return state, state
 
     start = jax.vmap(lambda e: reset(e, ship))(encounters)
-    return jax.lax.scan(leap, start, None, length=STEPS // EVERY)[1]
+    return jax.lax.scan(leap, start, None, length=STEPS // SAMPLE_EVERY)[1]
 
 
 def _only(encounter: Encounter, place: Int[np.ndarray, "v n"]) -> Encounter:
@@ -139,7 +162,7 @@ def _matters(pilot: LearnedPilot, observation: Observation) -> Array:
     limit = pilot.trained.ship.rudder_limit_rad
 
     def largest(observation: Observation) -> Array:
-        worth = value_function("rudder", pilot.actor, None, observation, limit)
-        return jnp.abs(exact_shapley(worth, observation.present.shape[-1]).by_ship).max()
+        rudder = value_function("rudder", pilot.actor, None, observation, limit)
+        return jnp.abs(exact_shapley(rudder, observation.present.shape[-1]).by_ship).max()
 
-    return jax.vmap(largest)(observation) >= MATTERS_RAD
+    return jax.vmap(largest)(observation) >= MIN_SHAPLEY_RAD

@@ -1,68 +1,56 @@
-"""What an exam found of one pilot, kept in a file, so that it is not asked again."""
+"""Results of the exam in files, so that nothing is computed twice."""
 
 import hashlib
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from glasshelm.evaluation.contenders import code_digest, digest_of
-from glasshelm.evaluation.result_cache import Found, ResultCache
-from glasshelm.faithfulness.exam_runner import Examined
+from glasshelm.evaluation.contenders import code_digest, pilot_digest
+from glasshelm.evaluation.result_cache import ResultCache
+from glasshelm.faithfulness.exam_runner import ExamResult
 from glasshelm.faithfulness.explainers import explainers_for
 from glasshelm.pilots.learned import LearnedPilot
 
-#: The rooms whose code decides the scores: not those that only show them.
-_ROOMS = (
-    "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explain", "networks", "ship",
+#: The code that decides the scores, not that which only shows them.
+_SCORE_CODE = (
+    "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explanation", "networks", "ship",
     *(f"faithfulness/{name}.py" for name in
-      ("chunking", "counterfactual", "exam_runner", "explainers", "metrics", "sanity_checks",
-       "scenes")),
+      ("counterfactual", "exam_runner", "explainers", "metrics", "sanity_checks", "scenes")),
 )  # fmt: skip
+_ARRAYS = ("voyage", "ships", "rudder_sensitivity")
 
 
-def key_of(pilot: LearnedPilot, encounters: int, most: int, counts: Sequence[int]) -> str:
-    """What everything that the scores depend on comes to: weights, ship, scenes, code."""
-    told = f"{code_digest(_ROOMS)} {digest_of(pilot)} {encounters} {most} {tuple(counts)}"
-    return "explanations-" + hashlib.sha256(told.encode()).hexdigest()[:32]
+def cache_key(pilot: LearnedPilot, encounters: int, max_scenes: int, counts: Sequence[int]) -> str:
+    """A digest of everything that the scores depend on: weights, ship, scenes, code."""
+    code, weights = code_digest(_SCORE_CODE), pilot_digest(pilot)
+    text = f"{code} {weights} {encounters} {max_scenes} {tuple(counts)}"
+    return "explanations-" + hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def kept_or(
-    examine: Callable[[], Examined], kept: ResultCache, key: str, pilot: LearnedPilot
-) -> tuple[Examined, bool]:
-    """The scores kept under ``key``, or those of ``examine``, which are then kept; and whether
-    they were there already."""
-    found = kept.read(key)
-    if found is not None:
-        return _examined(pilot, found), True
-    examined = examine()
-    kept.write(key, _found(examined))
-    return examined, False
+def load_or_compute(
+    compute: Callable[[], ExamResult], cache: ResultCache, key: str, pilot: LearnedPilot
+) -> tuple[ExamResult, bool]:
+    """The result stored under ``key``, or that of ``compute``, which is then stored.
 
-
-def _found(examined: Examined) -> Found:
-    scores = {
-        f"told.{name}.{measure}": np.asarray(values)
-        for name, measures in examined.told.items()
-        for measure, values in measures.items()
-    }
-    return scores | {
-        "voyage": examined.voyage,
-        "ships": examined.ships,
-        "own_sensitivity": examined.own_sensitivity,
-    }
-
-
-def _examined(pilot: LearnedPilot, found: Found) -> Examined:
-    told: dict[str, dict[str, np.ndarray]] = {}
-    for place, values in found.items():
-        if place.startswith("told."):
-            _, name, measure = place.split(".")
-            told.setdefault(name, {})[measure] = values
-    return Examined(
-        pilot,
-        explainers_for(pilot.actor, pilot.critic),
-        told,
-        found["voyage"],
-        found["ships"],
-        found["own_sensitivity"],
-    )
+    Returns:
+        The result, and whether it was stored before.
+    """
+    columns = cache.read(key)
+    if columns is None:
+        result = compute()
+        arrays = {name: getattr(result, name) for name in _ARRAYS}
+        scores = {
+            f"scores.{explainer}.{measure}": np.asarray(values)
+            for explainer, measures in result.scores.items()
+            for measure, values in measures.items()
+        }
+        cache.write(key, scores | arrays)
+        return result, False
+    loaded: dict[str, dict[str, np.ndarray]] = {}
+    for name, values in columns.items():
+        if name.startswith("scores."):
+            _, explainer, measure = name.split(".")
+            loaded.setdefault(explainer, {})[measure] = values
+    explainers = explainers_for(pilot.actor, pilot.critic)
+    arrays = {name: columns[name] for name in _ARRAYS}
+    return ExamResult(pilot, explainers, loaded, **arrays), True

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from glasshelm.core.text import safe_name
-from glasshelm.faithfulness.exam_runner import Examined
-from glasshelm.faithfulness.score_tables import DECIDING, HEADERS, NULL, score_of
+from glasshelm.faithfulness.exam_runner import ExamResult
+from glasshelm.faithfulness.score_tables import MEASURE_TITLES, NULL, TRUTH_MEASURES, score_of
 from glasshelm.figures.style import INK, SOFT, new_figure, styled
 
 _COLOURS = {"paper": "#0072B2", "ours": "#009E73", "null": SOFT}
@@ -19,7 +19,7 @@ _SAID = {
 
 
 @styled
-def scores_figure(seeds: Sequence[Examined], name: str) -> Figure:
+def scores_figure(seeds: Sequence[ExamResult], name: str) -> Figure:
     """One panel a measure, one row an explanation: mean and 95 % interval; right is truer.
 
     The dashed line is what DCPA and TCPA alone tell.
@@ -27,20 +27,20 @@ def scores_figure(seeds: Sequence[Examined], name: str) -> Figure:
     explainers = seeds[0].explainers
     rows = np.arange(len(explainers))[::-1]
     figure = new_figure(8.4, 0.9 + 0.24 * len(explainers))
-    axes = figure.subplots(1, len(DECIDING), sharex=True, sharey=True)
+    axes = figure.subplots(1, len(TRUTH_MEASURES), sharex=True, sharey=True)
     lowest = -0.25
-    for ax, measure in zip(axes, DECIDING, strict=True):
+    for ax, measure in zip(axes, TRUTH_MEASURES, strict=True):
         ax.axvline(0, color=SOFT, lw=0.7)
         for row, explainer in zip(rows, explainers, strict=True):
-            value, low, high = score_of(seeds, explainer.name, measure)
-            if np.isfinite(value):
+            score = score_of(seeds, explainer.name, measure)
+            if np.isfinite(score.value):
                 colour = _COLOURS[explainer.kind]
-                ax.plot([low, high], [row, row], color=colour, lw=1.8)
-                ax.plot(value, row, "o", color=colour, ms=3.5)
-                lowest = min(lowest, low - 0.05)
+                ax.plot([score.low, score.high], [row, row], color=colour, lw=1.8)
+                ax.plot(score.value, row, "o", color=colour, ms=3.5)
+                lowest = min(lowest, score.low - 0.05)
                 if explainer.name == NULL:
-                    ax.axvline(value, color=SOFT, lw=0.7, ls="--")
-        ax.set_title(HEADERS[measure], fontsize=8)
+                    ax.axvline(score.value, color=SOFT, lw=0.7, ls="--")
+        ax.set_title(MEASURE_TITLES[measure], fontsize=8)
         ax.grid(axis="x")
     axes[0].set_xlim(lowest, 1.05)
     axes[0].set_yticks(rows, [e.title for e in explainers])

@@ -5,104 +5,93 @@ from collections.abc import Sequence
 import numpy as np
 
 from glasshelm.core.text import markdown_code, markdown_text
-from glasshelm.faithfulness.bootstrap import chance_of_no_difference, holm, mean_with_interval
-from glasshelm.faithfulness.exam_runner import MEASURES, Examined, after_layers
+from glasshelm.evaluation.statistics import (
+    ConfidenceInterval,
+    clustered_mean,
+    clustered_p_value,
+    holm,
+)
+from glasshelm.evaluation.tables import markdown_table
+from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
+from glasshelm.faithfulness.explainers import Explainer
 
-HEADERS = {
+MEASURE_TITLES = {
     "kendall": "τ_b with φ",
     "top": "same first ship",
     "sign": "right side",
     "deletion": "deletion",
     "insertion": "insertion",
     "infidelity": "infidelity",
-    "as_told": "infidelity, c = 1",
+    "unscaled_infidelity": "infidelity, c = 1",
     "simulated": "ρ with simulation",
     "sensitivity": "sensitivity",
-    "forgotten": "ρ after forgetting",
+    "randomised": "ρ after randomising",
 }
 #: Measures of truth by which the verdict is given: larger is better.
-DECIDING = ("kendall", "deletion", "insertion", "simulated")
+TRUTH_MEASURES = ("kendall", "deletion", "insertion", "simulated")
 
 #: The explanations of the paper, and the null that they are held against.
 _PAPERS = ("attention", "danger", "priority", "intention", "intention_level")
 NULL = "cpa"
 
-Seeds = Sequence[Examined]
+Seeds = Sequence[ExamResult]
 
 
-def report(name: str, seeds: Seeds, command: str, machine: str) -> str:
-    """The table of one pilot (its training seeds together) and the verdict."""
-    first = seeds[0]
+def exam_report(name: str, seeds: Seeds, command: str, machine: str) -> str:
+    """The table of one pilot (its training seeds together) and the conclusions."""
     scenes = sum(len(s.voyage) for s in seeds)
     voyages = sum(len(np.unique(s.voyage)) for s in seeds)
     hashes = ", ".join(f"`{(s.pilot.weights_sha256 or '')[:8]}`" for s in seeds)
-    own = np.mean([np.median(s.own_sensitivity) for s in seeds])
+    own = np.mean([np.median(s.rudder_sensitivity) for s in seeds])
     plural = "s" if len(seeds) > 1 else ""
-    lines = [
+    layers = min(s.layers for s in seeds)
+    cascade = [randomised_top(top) for top in range(1, layers)] + ["randomised"]
+    learned = [e for e in seeds[0].explainers if e.kind != "null"]
+    parts = [
         f"## {markdown_text(name)}",
-        "",
         f"{scenes:,} scenes of {voyages:,} voyages, {len(seeds)} seed{plural}. Weights (SHA-256): "
         f"{hashes}. {machine}. {markdown_code(command)}",
-        "",
-        "| explanation | " + " | ".join(HEADERS[m] for m in MEASURES) + " |",
-        "|---|" + "---|" * len(MEASURES),
-    ]
-    for explainer in first.explainers:
-        cells = [_cell(seeds, explainer.name, measure) for measure in MEASURES]
-        lines.append(f"| {explainer.title} | " + " | ".join(cells) + " |")
-    lines += [
-        "",
+        _table(seeds, seeds[0].explainers, MEASURES, [MEASURE_TITLES[m] for m in MEASURES]),
         f"The rudder's own sensitivity: {own:.2f} (median). In brackets 95 % intervals, "
         "each for itself.",
-        "",
-        *_staged(seeds),
-        *verdicts(seeds),
+        f"ρ after randomising the weights, layer by layer from the output down (of {layers}; "
+        "before the last of one scene in four):",
+        _table(seeds, learned, cascade, list(map(str, range(1, layers + 1)))),
+        "\n".join(conclusions(seeds)),
     ]
-    return "\n".join(lines) + "\n"
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(
+    seeds: Seeds, explainers: Sequence[Explainer], measures: Sequence[str], titles: Sequence[str]
+) -> str:
+    """One row an explanation, one column a measure."""
+    rows = [[e.title, *(_cell(seeds, e.name, m) for m in measures)] for e in explainers]
+    return markdown_table(["explanation", *titles], rows)
 
 
 def _cell(seeds: Seeds, explainer: str, measure: str) -> str:
     if measure == "sensitivity":
-        middle = np.median(np.concatenate([s.told[explainer][measure] for s in seeds]))
-        return f"{middle:.2f}"
-    value, low, high = score_of(seeds, explainer, measure)
-    if not np.isfinite(value):
+        return f"{np.median(np.concatenate([s.scores[explainer][measure] for s in seeds])):.2f}"
+    score = score_of(seeds, explainer, measure)
+    if not np.isfinite(score.value):
         return "–"
-    return f"{value:.2f} [{low:.2f}, {high:.2f}]"
+    return f"{score.value:.2f} [{score.low:.2f}, {score.high:.2f}]"
 
 
-def score_of(seeds: Seeds, explainer: str, measure: str) -> tuple[float, float, float]:
-    """The mean of a measure and its interval."""
-    return mean_with_interval(
-        [np.asarray(s.told[explainer][measure]) for s in seeds], [s.voyage for s in seeds]
-    )
+def score_of(seeds: Seeds, explainer: str, measure: str) -> ConfidenceInterval:
+    """The mean of a measure over all scenes, with its interval."""
+    values = [np.asarray(s.scores[explainer][measure]) for s in seeds]
+    return clustered_mean(values, [s.voyage for s in seeds])
 
 
-def _staged(seeds: Seeds) -> list[str]:
-    """ρ after the top 1, 2, … layers were forgotten, of what is made of the networks."""
-    layers = min(s.layers for s in seeds)
-    measures = [after_layers(top) for top in range(1, layers)] + ["forgotten"]
-    lines = [
-        f"ρ after forgetting, layer by layer from the output down (of {layers}; before the last "
-        "of one scene in four):",
-        "",
-        "| explanation | " + " | ".join(map(str, range(1, layers + 1))) + " |",
-        "|---|" + "---|" * layers,
-    ]
-    for explainer in seeds[0].explainers:
-        if explainer.kind != "null":
-            cells = [_cell(seeds, explainer.name, measure) for measure in measures]
-            lines.append(f"| {explainer.title} | " + " | ".join(cells) + " |")
-    return [*lines, ""]
-
-
-def verdicts(seeds: Seeds) -> list[str]:
+def conclusions(seeds: Seeds) -> list[str]:
     """Does each explanation of the paper tell more than the CPA figures alone? In words.
 
     All comparisons of one pilot are corrected together.
     """
     names = {e.name: e.title for e in seeds[0].explainers}
-    pairs = [(ours, measure) for ours in _PAPERS if ours in names for measure in DECIDING]
+    pairs = [(ours, measure) for ours in _PAPERS if ours in names for measure in TRUTH_MEASURES]
     gaps = [_gap(seeds, ours, measure) for ours, measure in pairs]
     held = dict(zip(pairs, holm([chance for _, chance in gaps]), strict=True))
     sign = {pair: mean for pair, (mean, _) in zip(pairs, gaps, strict=True)}
@@ -113,25 +102,29 @@ def verdicts(seeds: Seeds) -> list[str]:
     ]
     for ours in _PAPERS:
         if ours in names:
-            better = [HEADERS[m] for m in DECIDING if held[ours, m] and sign[ours, m] > 0]
-            worse = [HEADERS[m] for m in DECIDING if held[ours, m] and sign[ours, m] < 0]
+            better = [
+                MEASURE_TITLES[m] for m in TRUTH_MEASURES if held[ours, m] and sign[ours, m] > 0
+            ]
+            worse = [
+                MEASURE_TITLES[m] for m in TRUTH_MEASURES if held[ours, m] and sign[ours, m] < 0
+            ]
             said.append(f"- {_against(names[ours], names[NULL], better, worse)}")
     best = max(
         (e.name for e in seeds[0].explainers if e.name != "shapley"),
-        key=lambda e: np.nanmean([score_of(seeds, e, m)[0] for m in DECIDING]),
+        key=lambda e: np.nanmean([score_of(seeds, e, m).value for m in TRUTH_MEASURES]),
     )
     said.append(
-        f"- By the mean of the same {len(DECIDING)} scores the truest, next to the Shapley value "
-        f"of the rudder itself, is: {names[best]}."
+        f"- By the mean of the same {len(TRUTH_MEASURES)} scores the truest, next to the Shapley "
+        f"value of the rudder itself, is: {names[best]}."
     )
     return said
 
 
 def _gap(seeds: Seeds, ours: str, measure: str) -> tuple[float, float]:
     """How much more than the null an explanation has of a score, and the chance that it is 0."""
-    gaps = [np.asarray(s.told[ours][measure]) - s.told[NULL][measure] for s in seeds]
+    gaps = [np.asarray(s.scores[ours][measure]) - s.scores[NULL][measure] for s in seeds]
     voyages = [s.voyage for s in seeds]
-    return mean_with_interval(gaps, voyages)[0], chance_of_no_difference(gaps, voyages)
+    return clustered_mean(gaps, voyages).value, clustered_p_value(gaps, voyages)
 
 
 def _against(title: str, other: str, better: list[str], worse: list[str]) -> str:

@@ -6,6 +6,7 @@ encounter, and from each of them where somebody is still inside the domain.
 """
 
 from functools import partial
+from typing import Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -17,7 +18,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvSettings, observe_step, reset
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.course_pilot import CourseMethod, CoursePilot
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import BatchPolicy, Pilot
 from glasshelm.pilots.registry import METHODS
 from glasshelm.planning.cross_entropy_search import (
     KnownEncounter,
@@ -25,13 +26,27 @@ from glasshelm.planning.cross_entropy_search import (
     SearchSettings,
     best_of,
     improve_all,
-    rollout,
+    rollout_rudders,
 )
 from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, with_drift
 
 #: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
 _CHUNK, _STEPS = 64, 240
 _WORLD = EnvSettings()
+
+
+@runtime_checkable
+class OraclePilot(Protocol):
+    """What cannot steer by what it sees: it must know each encounter beforehand."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        ...
+
+    def policy_for(self, known: KnownEncounter) -> BatchPolicy:
+        """The policy for a batch of encounters, knowing all of each."""
+        ...
 
 
 class Playback(eqx.Module):
@@ -50,7 +65,7 @@ class Playback(eqx.Module):
 
 
 class Clairvoyant(eqx.Module):
-    """No pilot but a seer (``pilots/types.py``): the limit of what pilots can do.
+    """No pilot but an oracle: the limit of what pilots can do.
 
     In no encounter is it worse than the best of ``pilots``, from whose voyages the search
     begins. They were made for ``ship``; the true one comes with each encounter.
@@ -62,7 +77,7 @@ class Clairvoyant(eqx.Module):
     settings: SearchSettings = eqx.field(static=True, default=SearchSettings())
     seed: int = eqx.field(static=True, default=0)
 
-    def knowing(self, known: KnownEncounter) -> Playback:
+    def policy_for(self, known: KnownEncounter) -> Playback:
         """Who steers a batch of encounters as well as the search could find out.
 
         What is there twice is searched once, and found alike whatever else is in the batch.
@@ -151,7 +166,7 @@ def _search(
 
 @jax.jit
 def _sailed(chunk: KnownEncounter, starts: Float[Array, "m w t"]) -> Rollout:
-    one = jax.vmap(lambda k, r: rollout(k, r * k.ship.rudder_limit_rad))
+    one = jax.vmap(lambda k, r: rollout_rudders(k, r * k.ship.rudder_limit_rad))
     return jax.vmap(lambda r: one(chunk, r))(starts)
 
 

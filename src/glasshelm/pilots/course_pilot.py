@@ -10,6 +10,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from glasshelm.env.observe import Observation
+from glasshelm.pilots.batched import in_step
+from glasshelm.pilots.protocols import Decision
 from glasshelm.planning.course_planner import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
@@ -42,23 +44,24 @@ class CoursePilot(eqx.Module):
     method: CourseMethod = eqx.field(static=True)
 
     def start(self) -> CourseMemory:
+        """The way to the waypoint, and no decision yet."""
         return CourseMemory(jnp.zeros(()), jnp.zeros((), jnp.int32))
 
-    def steer(
+    def decide(
         self, observation: Observation, memory: CourseMemory
-    ) -> tuple[Float[Array, ""], CourseMemory]:
-        one = jax.tree.map(lambda x: x[None], (observation, memory))
-        rudder, memory = self.steer_together(*one)
-        return rudder[0], jax.tree.map(lambda x: x[0], memory)
+    ) -> tuple[Decision, CourseMemory]:
+        """The rudder to the course being steered, chosen anew when it is time."""
+        rudder, memory = self._steer(observation, memory)
+        return Decision(rudder), memory
 
-    def steer_together(
+    @in_step
+    def _steer(
         self, observation: Observation, memory: CourseMemory
     ) -> tuple[Float[Array, " w"], CourseMemory]:
-        """The rudders of worlds in step with each other: all set their courses at once."""
         method = self.method
 
-        def choose(s: Observation, offset: Float[Array, ""]) -> Float[Array, ""]:
-            return method.rule(s, offset, self.ship, method.settings)
+        def choose(observation: Observation, offset: Float[Array, ""]) -> Float[Array, ""]:
+            return method.rule(observation, offset, self.ship, method.settings)
 
         offset = jax.lax.cond(
             memory.age[0] % method.period == 0,

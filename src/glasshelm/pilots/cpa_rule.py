@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.colregs.classification import EncounterType, classify_targets, stands_on
 from glasshelm.core.geometry import Cpa
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
@@ -51,11 +51,10 @@ def cpa_course(
     way = cpa_on(at, at.bearing_rad[None], ship)
     limit = settings.dcpa_m * jnp.where(altering, settings.hysteresis, 1.0)
     risk = _risk(way, limit, settings.tcpa_s)[0]
-    kind = meetings(at, at.bearing_rad)
-    hers = (kind == Meeting.STAND_ON) | (kind == Meeting.OVERTAKEN)
-    now = altering | ~hers | (way.tcpa_s[0] < settings.last_moment_s)
+    types = classify_targets(at.position, at.velocity, at.bearing_rad)
+    now = altering | ~stands_on(types) | (way.tcpa_s[0] < settings.last_moment_s)
     act = risk & now
-    either = jnp.all(~act | (kind == Meeting.OVERTAKING))  # Rule 13 leaves the side open
+    either = jnp.all(~act | (types == EncounterType.OVERTAKING))  # Rule 13 leaves the side open
     chosen = best_alteration(
         offset_rad,
         lambda course: _shortfall(cpa_on(at, course, ship), settings),

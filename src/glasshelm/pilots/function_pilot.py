@@ -18,11 +18,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation, empty_observation
-from glasshelm.pilots.protocols import Memory, Pilot
+from glasshelm.pilots.protocols import Decision, Memory, Pilot
 
 #: What JAX raises when a function looks at the values of what it traces.
 _UNTRACEABLE = (
@@ -43,12 +42,13 @@ class FunctionPilot(eqx.Module):
     def start(self) -> Memory:
         return ()
 
-    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
+    def decide(self, observation: Observation, memory: Memory) -> tuple[Decision, Memory]:
         if self.traced:
-            return jnp.asarray(self.function(observation), jnp.float32).reshape(()), memory
+            rudder = jnp.asarray(self.function(observation), jnp.float32).reshape(())
+            return Decision(rudder), memory
         shape = jax.ShapeDtypeStruct((), jnp.float32)
         rudder = jax.pure_callback(self._called, shape, observation, vmap_method="sequential")
-        return rudder, memory
+        return Decision(rudder), memory
 
     def _called(self, observation: Observation) -> np.ndarray:
         plain = jax.tree.map(np.asarray, observation)

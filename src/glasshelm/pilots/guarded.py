@@ -16,8 +16,10 @@ from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
+from glasshelm.explanation.step_explanation import Explanation
+from glasshelm.pilots.batched import in_step
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import Decision, GuardStatus, Overruled
 from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_towards
 from glasshelm.planning.lookahead import Lookahead, look_ahead
 from glasshelm.ship.nomoto import ShipParams
@@ -30,13 +32,13 @@ GUARDED = "-guarded"
 class GuardSettings:
     """How the guard watches.
 
-    It looks every ``every`` decisions as far ahead as the planner does, and takes the
-    helm where the pilot's way brings a ship nearer to own ship's domain than ``slack`` (in
+    It looks every ``period`` decisions as far ahead as the planner does, and takes
+    over where the pilot's way brings a ship nearer to own ship's domain than ``slack`` (in
     Eq. 13, unclipped). Its planner keeps off the others' midst at twice the usual weight:
     where an intrusion cannot be helped, a collision must not follow.
     """
 
-    every: int = 12
+    period: int = 12
     slack: float = 0.05
     planner: CourseSettings = dataclasses.field(
         default_factory=lambda: CourseSettings(near_weight=2000.0)
@@ -80,25 +82,34 @@ class GuardedPilot(eqx.Module):
     def start(self) -> GuardState:
         return GuardState(jnp.zeros((), bool), jnp.zeros(()), jnp.zeros((), jnp.int32))
 
-    def ahead(self, observation: Observation) -> Lookahead:
+    def decide(self, observation: Observation, memory: GuardState) -> tuple[Decision, GuardState]:
+        """The pilot's own rudder or the guard's, and what the pilot's networks say of it."""
+        rudder, memory = self._steer(observation, memory)
+        own = jnp.where(memory.engaged, self.pilot.actor(observation), rudder)
+        decision = Decision(
+            rudder,
+            self.explain(observation, rudder),
+            Overruled(memory.engaged, own),
+            GuardStatus(memory.engaged, self._look_ahead(observation)),
+        )
+        return decision, memory
+
+    def explain(self, observation: Observation, rudder: Float[Array, ""]) -> Explanation:
+        """What the pilot's networks say of a rudder."""
+        return self.pilot.explain(observation, rudder)
+
+    def _look_ahead(self, observation: Observation) -> Lookahead:
         """Where the pilot's own way leads from here."""
         settings = self.settings
         horizon_s = settings.planner.horizon_s
         return look_ahead(self.pilot.actor, observation, self.ship, horizon_s, settings.slack)
 
-    def steer(
-        self, observation: Observation, memory: GuardState
-    ) -> tuple[Float[Array, ""], GuardState]:
-        one = jax.tree.map(lambda x: x[None], (observation, memory))
-        rudder, memory = self.steer_together(*one)
-        return rudder[0], jax.tree.map(lambda x: x[0], memory)
-
-    def steer_together(
+    @in_step
+    def _steer(
         self, observation: Observation, memory: GuardState
     ) -> tuple[Float[Array, " w"], GuardState]:
-        """The rudders of worlds in step with each other: their guards look at once."""
         engaged, offset = jax.lax.cond(
-            memory.age[0] % self.settings.every == 0,
+            memory.age[0] % self.settings.period == 0,
             lambda: self._look(observation),
             lambda: (memory.engaged, memory.offset_rad),
         )
@@ -108,7 +119,7 @@ class GuardedPilot(eqx.Module):
 
     def _look(self, observation: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
         """In which worlds the guard takes the helm, and on which course; planned only if in any."""
-        engaged = jnp.isfinite(jax.vmap(self.ahead)(observation).within_s)
+        engaged = jnp.isfinite(jax.vmap(self._look_ahead)(observation).within_s)
         offset = jax.lax.cond(
             engaged.any(),
             lambda: jax.vmap(self._planned)(observation),
@@ -118,9 +129,3 @@ class GuardedPilot(eqx.Module):
 
     def _planned(self, observation: Observation) -> Float[Array, ""]:
         return plan_course(observation, self.ship, self.settings.planner).offset_rad
-
-
-def learned_in(pilot: Pilot) -> LearnedPilot | None:
-    """The learned pilot whose reasons can be given: itself, or the one guarded; else None."""
-    inner = pilot.pilot if isinstance(pilot, GuardedPilot) else pilot
-    return inner if isinstance(inner, LearnedPilot) else None

@@ -1,23 +1,65 @@
-"""What can steer: the one small interface behind which every pilot stands."""
+"""The interface of every pilot: it decides on an observation, and says why as far as it can."""
 
 from typing import Any, Protocol, runtime_checkable
 
-from jaxtyping import Array, Float
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
 
 from glasshelm.env.observe import Observation
-from glasshelm.planning.cross_entropy_search import KnownEncounter
+from glasshelm.env.training_envelope import TrainingEnvelope
+from glasshelm.explanation.step_explanation import Explanation
+from glasshelm.planning.lookahead import Lookahead
 
 #: What a pilot carries from one decision to the next: any pytree, () for none.
 Memory = Any
 
 
+class Overruled(eqx.Module):
+    """Whether something else (a guard, an order) steers in the pilot's place.
+
+    Attributes:
+        active: It does so now.
+        pilot_rudder: What the pilot itself decides, a fraction of the limit.
+    """
+
+    active: Bool[Array, "*b"]
+    pilot_rudder: Float[Array, "*b"]
+
+
+class GuardStatus(eqx.Module):
+    """Of a guarded pilot: whether its guard steers, and where the pilot's own way leads."""
+
+    steers: Bool[Array, "*b"]
+    lookahead: Lookahead
+
+
+class Decision(eqx.Module):
+    """The rudder of one step, and what the pilot can say of it.
+
+    Under ``jax.jit`` only what is used is computed: the explanation costs nothing where
+    nobody reads it.
+
+    Attributes:
+        rudder: A fraction of the limit in [−1, 1], starboard positive: what is steered.
+        explanation: Why; None for a pilot without networks.
+        overruled: Whether the rudder is another than the pilot's own; None if it never is.
+        guard: What the guard sees; None without a guard.
+    """
+
+    rudder: Float[Array, "*b"]
+    explanation: Explanation | None = None
+    overruled: Overruled | None = None
+    guard: GuardStatus | None = None
+
+
 @runtime_checkable
 class Pilot(Protocol):
-    """A pytree that turns an observation into a rudder.
+    """A pytree that decides on observations.
 
-    ``steer`` is written for one observation, pure and traceable: batches are
-    made by ``vmap``, and the same pilot sails one ship on a page and ten
-    thousand encounters in a table.
+    ``decide`` is written for one observation, pure and traceable: ``jax.vmap`` makes batches,
+    and the same pilot sails one ship on a page and ten thousand encounters in a table.
+    A pilot made for one ship says so in an attribute ``ship`` (ShipParams).
     """
 
     @property
@@ -29,14 +71,40 @@ class Pilot(Protocol):
         """The memory before the first decision."""
         ...
 
-    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
-        """The rudder as a fraction of the limit in [−1, 1], starboard positive; the new memory."""
+    def decide(self, observation: Observation, memory: Memory) -> tuple[Decision, Memory]:
+        """The decision on an observation of at most 20 targets, and the new memory.
+
+        Args:
+            observation: Eq. 10-12. From more targets than
+                :data:`~glasshelm.env.target_selection.MAX_TARGETS`, choose with
+                :func:`~glasshelm.env.target_selection.select_targets` first.
+            memory: Of the decision before, or :meth:`start`.
+        """
+        ...
+
+
+@runtime_checkable
+class TrainedPilot(Pilot, Protocol):
+    """A pilot with networks: it can explain any rudder, and knows what it was trained on."""
+
+    @property
+    def weights_sha256(self) -> str | None:
+        """SHA-256 of the weights file; None if it was made in memory."""
+        ...
+
+    @property
+    def trained(self) -> TrainingEnvelope:
+        """What it was trained on."""
+        ...
+
+    def explain(self, observation: Observation, rudder: Float[Array, ""]) -> Explanation:
+        """What its networks say of a rudder, be it its own or another."""
         ...
 
 
 @runtime_checkable
 class BatchPolicy(Protocol):
-    """Who steers a batch of worlds that are in step with each other."""
+    """What steers a batch of encounters that are in step with each other."""
 
     def start(self, worlds: int) -> Memory:
         """The memory of all before the first decision."""
@@ -49,15 +117,19 @@ class BatchPolicy(Protocol):
         ...
 
 
-@runtime_checkable
-class OraclePilot(Protocol):
-    """What cannot steer by what it sees: it must know each encounter beforehand."""
-
-    @property
-    def name(self) -> str:
-        """What people call it."""
-        ...
-
-    def knowing(self, known: KnownEncounter) -> BatchPolicy:
-        """Who steers a batch of encounters, knowing all of each."""
-        ...
+def override(
+    pilot: Pilot,
+    observation: Observation,
+    decision: Decision,
+    rudder: Float[Array, ""],
+    active: Bool[Array, ""],
+) -> Decision:
+    """The decision with another rudder in its place while ``active``, and explained as such."""
+    own = decision.overruled or Overruled(jnp.zeros_like(active), decision.rudder)
+    steered = jnp.where(active, rudder, decision.rudder)
+    guard, explanation = decision.guard, None
+    if isinstance(pilot, TrainedPilot):
+        explanation = pilot.explain(observation, steered)
+    if guard is not None:
+        guard = GuardStatus(guard.steers & ~active, guard.lookahead)
+    return Decision(steered, explanation, Overruled(own.active | active, own.pilot_rudder), guard)

@@ -42,14 +42,14 @@ WITHOUT_WEIGHTS: dict[str, Pilot] = {
 }
 
 
-def bundled() -> tuple[str, ...]:
+def bundled_pilots() -> tuple[str, ...]:
     """Names of the learned pilots that ship inside the package."""
     return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
 
 
-def names() -> tuple[str, ...]:
+def pilot_names() -> tuple[str, ...]:
     """Every pilot that needs no file: those bundled, the same guarded, those without weights."""
-    return (*bundled(), *(name + GUARDED for name in bundled()), *WITHOUT_WEIGHTS)
+    return (*bundled_pilots(), *(name + GUARDED for name in bundled_pilots()), *WITHOUT_WEIGHTS)
 
 
 def default_pilot(ship: str) -> str:
@@ -60,7 +60,7 @@ def default_pilot(ship: str) -> str:
     """
     ship_named(ship)
     choices = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
-    return next((name for name in choices if name in bundled()), choices[0])
+    return next((name for name in choices if name in bundled_pilots()), choices[0])
 
 
 def pilot_named(name: str | Path) -> Pilot:
@@ -73,22 +73,22 @@ def pilot_named(name: str | Path) -> Pilot:
     if str(name) in WITHOUT_WEIGHTS:
         return WITHOUT_WEIGHTS[str(name)]
     if str(name).endswith(GUARDED):
-        return GuardedPilot(_learned(str(name).removesuffix(GUARDED), bundled()))
+        return GuardedPilot(_learned(str(name).removesuffix(GUARDED), bundled_pilots()))
     if ":" in str(name) and not str(name).endswith(SUFFIX):
         return function_pilot(str(name))
-    return _learned(name, names())
+    return _learned(name, pilot_names())
 
 
 def load(name: str | Path) -> LearnedPilot:
     """A learned pilot: a bundled name or the path of a .safetensors file. Errors as above."""
-    return _learned(name, bundled())
+    return _learned(name, bundled_pilots())
 
 
 def _learned(name: str | Path, known: tuple[str, ...]) -> LearnedPilot:
     text = str(name)
     if text.endswith(SUFFIX):
         return read_pilot(Path(text), Path(text).stem)
-    if text not in bundled():
+    if text not in bundled_pilots():
         choices = ", ".join((*known, f"a path ending in {SUFFIX}"))
         raise InputError(f"unknown pilot {text!r}: choose one of {choices}")
     return read_pilot(WEIGHTS / f"{text}{SUFFIX}", text)

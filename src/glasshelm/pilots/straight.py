@@ -2,10 +2,9 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
-from glasshelm.pilots.protocols import Memory
+from glasshelm.pilots.protocols import Decision, Memory
 
 
 class StraightPilot(eqx.Module):
@@ -18,5 +17,5 @@ class StraightPilot(eqx.Module):
     def start(self) -> Memory:
         return ()
 
-    def steer(self, observation: Observation, memory: Memory) -> tuple[Float[Array, ""], Memory]:
-        return jnp.zeros(()), memory
+    def decide(self, observation: Observation, memory: Memory) -> tuple[Decision, Memory]:
+        return Decision(jnp.zeros(())), memory

@@ -12,7 +12,7 @@ import math
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.colregs.encounter_type import Meeting, meetings
+from glasshelm.colregs.classification import classify_targets, gives_way
 from glasshelm.core.geometry import Vector, closest_approach, norm, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
@@ -71,11 +71,8 @@ def velocity_course(
         wanted = cpa_on(at, at.bearing_rad[None], ship)
         near = (wanted.dcpa_m < settings.rules_dcpa_m) & (wanted.tcpa_s > 0)
         near &= wanted.tcpa_s < settings.horizon_s
-        kind = meetings(at, at.bearing_rad)
-        gives = (
-            (kind == Meeting.HEAD_ON) | (kind == Meeting.GIVE_WAY) | (kind == Meeting.OVERTAKING)
-        )
-        wrong = gives & near[0] & passes_to_starboard(position, motion)
+        types = classify_targets(at.position, at.velocity, at.bearing_rad)
+        wrong = gives_way(types) & near[0] & passes_to_starboard(position, motion)
         cost += settings.rules_cost * wrong.any(-1)
     return offsets[jnp.argmin(cost)]
 

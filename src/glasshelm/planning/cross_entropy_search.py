@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-from glasshelm.core.geometry import Vector, direction, norm, wrap_angle
+from glasshelm.core.geometry import Vector, direction, norm, offset, wrap_angle
 from glasshelm.encounters.types import Encounter, Motion
 from glasshelm.env.rewards import step_reward
 from glasshelm.env.step import EnvSettings, margins, next_leg, targets_at, waypoint_of
@@ -135,7 +135,7 @@ def _meet(known: KnownEncounter, before: _Ship, own: ShipState, motion: Motion) 
     """Own ship a step later, at her new place."""
     depths = margins(own, motion, known.ship)
     dangers = jnp.maximum(depths, 0.0)
-    apart = norm(Vector(motion.east_m - own.east_m, motion.north_m - own.north_m))
+    apart = norm(offset(own, motion))
     nearest = jnp.where(motion.present, apart, jnp.inf).min(initial=jnp.inf)
     leg, arrived = next_leg(known.encounter, before.leg, own, _WORLD)
     bearing = _bearing(known.encounter, own, leg)
@@ -156,11 +156,10 @@ def _meet(known: KnownEncounter, before: _Ship, own: ShipState, motion: Motion) 
 def _bearing(encounter: Encounter, own: ShipState, leg: Int[Array, ""]) -> Float[Array, ""]:
     """Bearing of the waypoint off the bow."""
     waypoint = waypoint_of(encounter, leg)
-    way = direction(Vector(waypoint.x - own.east_m, waypoint.y - own.north_m))
-    return wrap_angle(way - own.heading_rad)
+    return wrap_angle(direction(offset(own, waypoint)) - own.heading_rad)
 
 
-def rollout(known: KnownEncounter, rudder_rad: Float[Array, " t"]) -> Rollout:
+def rollout_rudders(known: KnownEncounter, rudder_rad: Float[Array, " t"]) -> Rollout:
     """The voyage of a row of rudder commands [rad]."""
 
     def go(own: ShipState, command: Float[Array, ""]):

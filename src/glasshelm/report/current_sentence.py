@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
-from glasshelm.colregs.rule_text import Kinds
+from glasshelm.colregs.rule_text import EncounterTypes
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.frames.episodes import RELEASE_RAD, TURN_RAD, Episode
 from glasshelm.frames.phrases import (
@@ -49,7 +49,7 @@ def current_sentence(
     frames: Sequence[Frame],
     ahead: Float[np.ndarray, "steps 3"] | None = None,
     step_s: float = 5.0,
-    kinds: Kinds | None = None,
+    kinds: EncounterTypes | None = None,
 ) -> CurrentSentence | None:
     """The sentence of the last of these frames; None where nothing is decided.
 
@@ -90,7 +90,7 @@ def _what(voyage: Series, frame: Frame) -> str:
     return f"{order.capitalize()}, heading {course(frame.own.heading_rad)}: altered {done}"
 
 
-def _why(voyage: Series, frame: Frame, kinds: Kinds | None) -> str:
+def _why(voyage: Series, frame: Frame, kinds: EncounterTypes | None) -> str:
     last, rudder = len(voyage.rudder_rad) - 1, float(voyage.rudder_rad[-1])
     another = override_text([frame])
     if another:

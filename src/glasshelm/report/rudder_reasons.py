@@ -9,7 +9,7 @@ and the Rules are heard where they disagree.
 
 import numpy as np
 
-from glasshelm.colregs.rule_text import Kinds, rule_against
+from glasshelm.colregs.rule_text import EncounterTypes, conflicting_rule
 from glasshelm.core.geometry import CPA_HORIZON_S
 from glasshelm.frames.episodes import Episode
 from glasshelm.frames.phrases import (
@@ -122,12 +122,15 @@ def _others(rest: list[Share], after_some: bool) -> str:
 
 
 def disagreement_text(
-    voyage: Series, episode: Episode, told_at: int | None = None, kinds: Kinds | None = None
+    voyage: Series,
+    episode: Episode,
+    told_at: int | None = None,
+    kinds: EncounterTypes | None = None,
 ) -> str:
     """Where attention (Eq. 23), the critic (Eq. 22) or the Rules say otherwise; else empty.
 
     Attention is mentioned where it lies with the ship that moves the rudder most, too.
-    ``kinds`` are those of :func:`glasshelm.colregs.rule_text.rule_against`.
+    ``kinds`` are those of :func:`glasshelm.colregs.rule_text.conflicting_rule`.
     """
     k = episode.start if told_at is None else told_at
     at = frames_with_rudder(voyage, episode)
@@ -135,7 +138,7 @@ def disagreement_text(
     moving = [] if cut is None else [one.ship for one in _told(cut.supporting)]
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
     if cut is not None and moving:
-        said.append(rule_against(voyage, moving[0], k, cut.way, kinds))
+        said.append(conflicting_rule(voyage, moving[0], k, cut.way, kinds))
     return " ".join(f"{text}." for text in said if text)
 
 

@@ -10,7 +10,7 @@ from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Scenario
 from glasshelm.env.rewards import Reward
 from glasshelm.env.training_envelope import check_observation, outside_training
-from glasshelm.explain.step_explanation import Explanation
+from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.frames.schema import (
     BySubTask,
     Decision,
@@ -23,9 +23,7 @@ from glasshelm.frames.schema import (
     Waypoint,
 )
 from glasshelm.networks.critics import QValues
-from glasshelm.pilots.guarded import learned_in
-from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import Pilot, TrainedPilot
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.explained_step import ExplainedStep
 
@@ -58,8 +56,7 @@ class FrameBuilder:
     def frame(self, moment: ExplainedStep, time_s: float, reward: Reward | None) -> Frame:
         """The frame of a moment. InputError if the pilot was shown or decides no number."""
         self._check(moment)
-        why = moment.explanation
-        learned = learned_in(self._pilot)
+        why = moment.decision.explanation
         return Frame(
             time_s=time_s,
             pilot=self._pilot.name,
@@ -69,22 +66,24 @@ class FrameBuilder:
             waypoint=Waypoint(*_plain(np.stack(moment.waypoint))),
             targets=self._targets(moment),
             decision=self._decision(moment),
-            weights_sha256=learned.weights_sha256 if learned else None,
+            weights_sha256=getattr(self._pilot, "weights_sha256", None),
             time_utc=self._utc(time_s),
             reward=_by_task(reward),
             value=_by_task(why.value) if why else None,
             priority=_by_task(why.priority) if why else None,
             sweep=self._sweep(moment),
-            outside_training=self._outside(moment, learned) if learned else None,
+            outside_training=self._outside(moment),
             guard=self._guard(moment),
         )
 
     def _check(self, moment: ExplainedStep) -> None:
         infos = self._scenario.targets
-        check_observation(moment.fed, [infos[i].name for i in moment.order if i < len(infos)])
-        if not np.isfinite(moment.action):
+        check_observation(
+            moment.observation, [infos[i].name for i in moment.slots if i < len(infos)]
+        )
+        if not np.isfinite(moment.decision.rudder):
             raise InputError(
-                f"pilot {self._pilot.name} decides {moment.action}, which is no rudder: "
+                f"pilot {self._pilot.name} decides {moment.decision.rudder}, which is no rudder: "
                 "its weights are damaged"
             )
 
@@ -104,9 +103,10 @@ class FrameBuilder:
         )
 
     def _sweep(self, moment: ExplainedStep) -> Sweep | None:
-        sweep = None if moment.explanation is None else moment.explanation.sweep
-        if sweep is None:
+        why = moment.decision.explanation
+        if why is None or why.sweep is None:
             return None
+        sweep = why.sweep
         return Sweep(
             _plain(sweep.action * self._limit),
             _plain(sweep.value.waypoint),
@@ -114,27 +114,31 @@ class FrameBuilder:
         )
 
     def _decision(self, moment: ExplainedStep) -> Decision:
-        why = moment.explanation
-        rudder, own = (_plain(a * self._limit) for a in (moment.action, moment.own_action))
-        if not moment.his_own:
+        decision, why = moment.decision, moment.decision.explanation
+        rudder = _plain(decision.rudder * self._limit)
+        if decision.overruled is not None and decision.overruled.active:
+            own = _plain(decision.overruled.pilot_rudder * self._limit)
             return Decision(rudder, self._applied, pilot_rudder_rad=own)
         alone = None if why is None else _plain(why.rudder_shapley.none * self._limit)
         return Decision(rudder, self._applied, alone)
 
     def _guard(self, moment: ExplainedStep) -> Guard | None:
-        if moment.guarding is None:
+        guard = moment.decision.guard
+        if guard is None:
             return None
-        steers, ahead = bool(moment.guarding.steers), moment.guarding.ahead
+        steers, ahead = bool(guard.steers), guard.lookahead
         if not np.isfinite(ahead.within_s):
             return Guard(steers)
-        who = self._scenario.targets[int(moment.order[int(ahead.slot)])]
+        who = self._scenario.targets[int(moment.slots[int(ahead.slot)])]
         return Guard(steers, who.id, _plain(ahead.within_s), _plain(ahead.depth))
 
-    def _outside(self, moment: ExplainedStep, pilot: LearnedPilot) -> list[str] | None:
+    def _outside(self, moment: ExplainedStep) -> list[str] | None:
+        if not isinstance(self._pilot, TrainedPilot):
+            return None
         fed = np.zeros(len(moment.traffic.lost), bool)
-        fed[moment.order[moment.fed.present]] = True
+        fed[moment.slots[moment.observation.present]] = True
         motion, ship = moment.traffic.motion, self._scenario.ship
-        said = outside_training(moment.own, ship, moment.waypoint, motion, fed, pilot.trained)
+        said = outside_training(moment.own, ship, moment.waypoint, motion, fed, self._pilot.trained)
         return said or None
 
     def _targets(self, moment: ExplainedStep) -> list[Target]:
@@ -201,27 +205,27 @@ def ship_part(ship: ShipParams) -> Ship:
 
 def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Columns:
     """What the pilot makes of each ship shown; absent for those that it was not fed."""
-    place = {int(i): k for k, i in enumerate(moment.order) if moment.fed.present[k]}
+    place = {int(i): k for k, i in enumerate(moment.slots) if moment.observation.present[k]}
     places = [place.get(int(i)) for i in shown]
     columns: Columns = {"selected": [k is not None for k in places]}
-    e = moment.explanation
+    e, overruled = moment.decision.explanation, moment.decision.overruled
     if e is None:
         return columns
     given: Columns = {}
     if e.value and e.priority and e.sweep and e.far is not None:
         given["q"], given["priority"] = _plain(e.value.by_ship), _plain(e.priority.by_ship)
-        given["q_far"] = [_plain(e.far)] * len(moment.order)
+        given["q_far"] = [_plain(e.far)] * len(moment.slots)
         given["q_sweep"] = _plain(e.sweep.value.by_ship.T)
     if e.attention is not None:
         given["attention"] = _plain(e.attention)
-    if moment.his_own:
-        given |= _of_his_own(e, places, limit_rad)
+    if overruled is None or not overruled.active:
+        given |= _of_own_rudder(e, places, limit_rad)
     for name, values in given.items():
         columns[name] = [None if k is None else values[k] for k in places]
     return columns
 
 
-def _of_his_own(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
+def _of_own_rudder(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
     """What is true only of a rudder that the pilot itself decided: whose it is."""
     given: Columns = {}
     if e.intention is not None:

@@ -3,11 +3,10 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
 
 from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.env.step import EnvSettings, EnvState, step, targets_at
-from glasshelm.env.target_selection import select_targets
+from glasshelm.pilots.decide import decide_on
 from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
 
@@ -39,14 +38,13 @@ def predict_track(
     A recorded own ship leaves her track at once. She sails on past her last waypoint.
     """
     ahead = with_straight_targets(encounter, state, settings)
-    loa = jnp.asarray(ship.loa_m)
 
     def onward(
-        carry: tuple[EnvState, Memory], _: Array | None
+        carry: tuple[EnvState, Memory], _: None
     ) -> tuple[tuple[EnvState, Memory], ShipState]:
         state, memory = carry
-        action, memory = pilot.steer(select_targets(state.observation, loa_m=loa)[0], memory)
-        rudder = action * ship.rudder_limit_rad
+        decision, memory, _selection = decide_on(pilot, state.observation, memory, ship.loa_m)
+        rudder = decision.rudder * ship.rudder_limit_rad
         after = step(ahead, state, rudder, ship, settings).state
         return (after, memory), after.own
 

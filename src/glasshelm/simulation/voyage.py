@@ -207,7 +207,7 @@ def _chunk(
             pilot, encounter, state, carry.held, carry.memory, ship, settings, lost_shown_s
         )
         if own is None:
-            rudder = moment.action * ship.rudder_limit_rad
+            rudder = moment.decision.rudder * ship.rudder_limit_rad
             outcome = step(encounter, state, rudder, ship, settings)
         else:
             outcome = observe_step(encounter, state, own, ship, settings)

@@ -1,40 +1,19 @@
 """How good is an actor: rollouts of the fixed set of random encounters, without exploration."""
 
 import dataclasses
-from functools import partial
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from glasshelm.core.geometry import wrap_angle
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
-from glasshelm.env.step import EnvState
 from glasshelm.networks.actors import Policy
-from glasshelm.pilots.protocols import BatchPolicy, Memory
-from glasshelm.ship.course_reversals import WEAVING, Reversals
+from glasshelm.pilots.protocols import Memory
+from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.training.vector_env import reset_batch, step_batch
-
-
-class Rollout(eqx.Module):
-    """What happened in each encounter of a batch, over a short and a long voyage.
-
-    ``margin`` is the worst Eq. 13 (unclipped) of any target, ``range_m`` the
-    nearest centre distance; index 0: the first ``short`` steps, 1: all.
-    Returns are undiscounted, over the first ``short`` steps. ``reversals`` counts
-    the alterations taken back, of all steps (:mod:`glasshelm.ship.course_reversals`).
-    """
-
-    margin: Float[Array, "2 w"]
-    range_m: Float[Array, "2 w"]
-    return_by_task: Float[Array, "w 2"]
-    rudder: Float[Array, " w"]
-    reversals: Int[Array, " w"]
-    targets: Int[Array, " w"]
+from glasshelm.simulation.rollout import Measures, plain_cases, rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,7 +21,9 @@ class ValidationScore:
     """Rates and means over a validation set.
 
     An intrusion is a target inside the domain (Eq. 13 > 0) at any step, a
-    collision a centre distance below own ship's length. ``reversals`` is their mean
+    collision a centre distance below own ship's length; ``_long``: in the whole
+    voyage, else in its first 1200 s, as the undiscounted returns. ``rudder`` is the mean
+    deflection as a fraction of the limit. ``reversals`` is their mean
     number per voyage, ``weaving`` the share of voyages with ``WEAVING`` or more,
     ``intrusions_by_targets`` the long intrusion rate by number of targets.
     """
@@ -88,61 +69,30 @@ class Memoryless(eqx.Module):
         return self.actor(observation), memory
 
 
-@partial(jax.jit, static_argnames=("short", "long"))
-def rollout(
-    policy: BatchPolicy, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
-) -> Rollout:
-    """Simulate a batch of encounters for ``long`` steps under a policy.
+def validate(
+    actor: Policy, encounters: Encounter, ship: ShipParams, steps: int = 480
+) -> ValidationScore:
+    """Simulate a batch of encounters for so many steps under an actor, and score it."""
+    measures = rollout(Memoryless(actor), plain_cases(encounters, ship, steps), steps)
+    targets = np.asarray(encounters.present).sum(-1)
+    return score(jax.device_get(measures), targets, steps, float(ship.loa_m))
+
+
+def score(
+    measures: Measures, targets: Int[np.ndarray, " w"], steps: int, loa_m: float
+) -> ValidationScore:
+    """Rates and means of a batch of episodes.
 
     Args:
-        policy: What steers them all.
-        encounters: The batch.
-        ship: Own ship.
-        short: Steps of the short voyage.
-        long: Steps of the long voyage.
+        measures: What was measured of every episode.
+        targets: Number of targets of every episode.
+        steps: Steps of an episode.
+        loa_m: Own ship's length.
     """
-
-    def go(carry: tuple[EnvState, Memory, Reversals, Rollout], number: Int[Array, ""]):
-        state, memory, reversals, so_far = carry
-        action, memory = policy(state.observation, memory)
-        result = step_batch(encounters, state, action, ship)
-        counts = jnp.array([True, True]).at[0].set(number < short)[:, None]
-        worst = jnp.where(encounters.present, result.margin, -jnp.inf).max(-1, initial=-jnp.inf)
-        nearest = jnp.where(encounters.present, result.range_m, jnp.inf).min(-1, initial=jnp.inf)
-        turn = wrap_angle(result.state.own.heading_rad - state.own.heading_rad)
-        reversals = reversals.after(turn)
-        so_far = Rollout(
-            jnp.where(counts, jnp.maximum(so_far.margin, worst), so_far.margin),
-            jnp.where(counts, jnp.minimum(so_far.range_m, nearest), so_far.range_m),
-            so_far.return_by_task + counts[0] * result.reward.by_task,
-            so_far.rudder + jnp.abs(action) / long,
-            reversals.count,
-            so_far.targets,
-        )
-        return (result.state, memory, reversals, so_far), None
-
-    size = encounters.present.shape[0]
-    nothing = Rollout(
-        jnp.full((2, size), -jnp.inf),
-        jnp.full((2, size), jnp.inf),
-        jnp.zeros((size, 2)),
-        jnp.zeros(size),
-        jnp.zeros(size, jnp.int32),
-        encounters.present.sum(-1),
-    )
-    start = (reset_batch(encounters, ship), policy.start(size), Reversals.none(size), nothing)
-    (*_, episodes), _ = jax.lax.scan(go, start, jnp.arange(long))
-    return episodes
-
-
-def score(episodes: Rollout, loa_m: float) -> ValidationScore:
-    """Rates and means of a batch of episodes; ``loa_m`` is own ship's length."""
-    episodes = jax.device_get(episodes)
-    intruded, collided = episodes.margin > 0, episodes.range_m < loa_m
-    intrusions, collisions = intruded.mean(-1), collided.mean(-1)
-    returns = episodes.return_by_task.mean(0)
-    numbers = range(int(episodes.targets.max(initial=0)) + 1)
-    by_number = [intruded[1][episodes.targets == n] for n in numbers]
+    intruded, collided = measures.margin > 0, measures.range_m < loa_m
+    intrusions, collisions = intruded.mean(0), collided.mean(0)
+    returns, reversals = measures.return_by_task.mean(0), measures.reversals.count
+    by_number = [intruded[targets == n, 1] for n in range(int(targets.max(initial=0)) + 1)]
     return ValidationScore(
         intrusions=float(intrusions[0]),
         intrusions_long=float(intrusions[1]),
@@ -150,8 +100,8 @@ def score(episodes: Rollout, loa_m: float) -> ValidationScore:
         collisions_long=float(collisions[1]),
         return_waypoint=float(returns[0]),
         return_collision=float(returns[1]),
-        rudder=float(episodes.rudder.mean()),
-        reversals=float(episodes.reversals.mean()),
-        weaving=float(np.mean(episodes.reversals >= WEAVING)),
+        rudder=float(measures.rudder.mean()) / steps,
+        reversals=float(reversals.mean()),
+        weaving=float((reversals >= WEAVING).mean()),
         intrusions_by_targets=tuple(float(x.mean()) if x.size else None for x in by_number),
     )

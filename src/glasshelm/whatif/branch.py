@@ -25,9 +25,10 @@ from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Encounter, Motion, Scenario, TargetInfo, Track
 from glasshelm.env.observe import FRAMES, Observation, empty_observation, observe, push_frame
 from glasshelm.env.step import EnvSettings, EnvState, margins
-from glasshelm.env.target_selection import MAX_TARGETS, select_targets
+from glasshelm.env.target_selection import MAX_TARGETS
 from glasshelm.frames.frame_log import is_episode_start
 from glasshelm.frames.schema import Frame, Own
+from glasshelm.pilots.decide import decide_on
 from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
 from glasshelm.simulation.explained_step import LastKnownTargets
@@ -178,7 +179,7 @@ def _replay(
     """What is remembered once a logged instant has been seen, and (``decides``) decided upon."""
     known = push_frame(known, observe(own, waypoint, motion, motion.present), first)
     if decides:
-        _, memory = pilot.steer(select_targets(known, loa_m=jnp.asarray(ship.loa_m))[0], memory)
+        _, memory, _ = decide_on(pilot, known, memory, ship.loa_m)
     return known, memory
 
 

@@ -13,7 +13,7 @@ from glasshelm.ais.limits import LOST_SHOWN_S
 from glasshelm.env.rewards import Reward
 from glasshelm.env.step import EnvSettings, step
 from glasshelm.frames.schema import Frame
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import Decision, Pilot
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.explained_step import ExplainedStep, RudderOverride, explain_step
 from glasshelm.simulation.frame_builder import FrameBuilder
@@ -38,7 +38,7 @@ class BranchRollout:
     reward: Reward
 
     def __len__(self) -> int:
-        return len(self.steps.action)
+        return len(self.steps.decision.rudder)
 
     @property
     def time_s(self) -> Row:
@@ -54,7 +54,7 @@ class BranchRollout:
     def rudder_rad(self) -> Row:
         """The rudder decided or ordered at each instant."""
         limit = float(self.branch.ship.rudder_limit_rad)
-        return np.asarray(self.steps.action, float) * limit
+        return np.asarray(self.steps.decision.rudder, float) * limit
 
     @property
     def track_m(self) -> Float[np.ndarray, "t 2"]:
@@ -124,9 +124,14 @@ def _scan(
             premise.override_rad / ship.rudder_limit_rad, state.step < premise.override_steps
         )
         moment, held, memory = explain_step(
-            pilot, encounter, state, held, memory, ship, settings, lost_shown_s, order, explained
+            pilot, encounter, state, held, memory, ship, settings, lost_shown_s, order
         )
-        outcome = step(encounter, state, moment.action * ship.rudder_limit_rad, ship, settings)
+        if not explained:  # neither computed nor kept
+            bare = Decision(moment.decision.rudder, overruled=moment.decision.overruled)
+            moment = dataclasses.replace(moment, decision=bare)
+        outcome = step(
+            encounter, state, moment.decision.rudder * ship.rudder_limit_rad, ship, settings
+        )
         known = masked(outcome.state.observation, premise.visible)
         after = eqx.tree_at(lambda s: s.observation, outcome.state, known)
         return (after, held, memory), _Steps(moment, outcome.reward, outcome.terminated)

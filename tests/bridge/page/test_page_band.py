@@ -17,6 +17,8 @@ from tests.bridge.page.conftest import (
     words,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 BRACKET = "gh-advice path.bracket"
 WITHIN = "while errors stay within 10 m, 0.5°, 0.1 kn"

@@ -18,8 +18,8 @@ import msgspec
 
 from glasshelm.bridge.server.fault_log import describe_error
 from glasshelm.bridge.server.protocol import BandMessage, Outgoing, encode
-from glasshelm.certify.logged_measurements import CELLS, band_of
-from glasshelm.certify.rudder_band import ALONE, certifiable
+from glasshelm.certify.logged_measurements import MAX_CELLS, band_of_frames
+from glasshelm.certify.rudder_band import SINGLE_SCENE_CHUNK, require_sum_actor
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
@@ -115,12 +115,12 @@ class BandWorker:
 
     def _affordable_cells(self, shown_for_s: float) -> int:
         """Return for how many bounds there is time; 0 if not even for one."""
-        batches = min(CPU_SHARE * shown_for_s / self._batch_s, _batches(CELLS))
-        return 0 if batches < 1 else 1 + ALONE * (int(batches) - 1)
+        batches = min(CPU_SHARE * shown_for_s / self._batch_s, _batches(MAX_CELLS))
+        return 0 if batches < 1 else 1 + SINGLE_SCENE_CHUNK * (int(batches) - 1)
 
 
 def _batches(cells: int) -> int:
-    return 1 + math.ceil((cells - 1) / ALONE)
+    return 1 + math.ceil((cells - 1) / SINGLE_SCENE_CHUNK)
 
 
 def band_message(
@@ -137,10 +137,10 @@ def band_message(
     if frame.band is None:
         try:
             pilot = pilot_of(frame, pilot_named)
-            certifiable(pilot)
+            require_sum_actor(pilot)
             if cells < 1:
                 raise InputError("the frames follow each other too fast")
-            band = band_of(frames, pilot, errors, cells)
+            band = band_of_frames(frames, pilot, errors, cells)
             frame = msgspec.structs.replace(frame, band=band)
         except InputError as error:
             reason = f"no certified band: {error}"

@@ -10,6 +10,7 @@ from glasshelm.bridge.server.fault_log import FaultLog
 from glasshelm.bridge.server.protocol import Alarm, EncounterStatus, Sentence
 from glasshelm.bridge.sessions.session import PredictedTrack
 from glasshelm.colregs.encounter_tracker import EncounterTracker
+from glasshelm.colregs.rule_text import ROLES
 from glasshelm.frames.schema import Frame
 from glasshelm.report.current_sentence import LOOK_BACK_FRAMES, current_sentence
 
@@ -45,7 +46,7 @@ class FrameAnnotator:
         for line in lines:
             frame = decoder.decode(line)
             self._recent.append(frame)
-            self._encounters.see(frame)
+            self._encounters.update(frame)
 
     def recent(self, count: int) -> tuple[Frame, ...]:
         """Return the last ``count`` frames, or fewer if there are fewer."""
@@ -58,7 +59,8 @@ class FrameAnnotator:
             self._last_alarms = self._alarms.update(frame)
         encounters: dict[str, EncounterStatus] = {}
         with self._faults.contain("classifying encounters"):
-            encounters = self._encounters.see(frame)
+            types = self._encounters.update(frame)
+            encounters = {id: EncounterStatus(*ROLES[type]) for id, type in types.items()}
         sentence = None
         with self._faults.contain("writing the sentence"):
             sentence = self._sentence(ahead)
@@ -66,5 +68,5 @@ class FrameAnnotator:
 
     def _sentence(self, ahead: PredictedTrack | None) -> Sentence | None:
         rows, step_s = (None, 5.0) if ahead is None else (ahead.rows, ahead.step_s)
-        current = current_sentence(tuple(self._recent), rows, step_s, self._encounters.kinds)
+        current = current_sentence(tuple(self._recent), rows, step_s, self._encounters.types)
         return None if current is None else Sentence(current.what, current.why, current.next)

@@ -20,14 +20,14 @@ from glasshelm.encounters.scenario_factory import (
     scenario_from,
 )
 from glasshelm.encounters.types import Scenario
-from glasshelm.evaluation.contenders import ship_of
 from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.pilot_resolution import ship_of
 from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import METHODS, default_pilot, names, pilot_named
+from glasshelm.pilots.registry import METHODS, default_pilot, pilot_named, pilot_names
 from glasshelm.ship.nomoto import ship_named
 
 #: Before the name of a file: play it as live traffic.
@@ -79,7 +79,7 @@ class SourceList:
         if minutes is not None and (self._feed or simulated):
             raise InputError(f"{source}: minutes are of recorded traffic only")
         self._file = source if source and not (self._feed or _is_built_in(source)) else None
-        self._weights = pilot if pilot and pilot not in names() else None
+        self._weights = pilot if pilot and pilot not in pilot_names() else None
         self._pilots: dict[str, Pilot] = {}
         self._lock = threading.Lock()
 
@@ -123,7 +123,7 @@ class SourceList:
             name = weights
         with self._lock:
             if name not in self._pilots:
-                if name != weights and name not in names():
+                if name != weights and name not in pilot_names():
                     raise InputError(f"no pilot {name[:100]!r}: choose one of the catalogue")
                 self._pilots[name] = pilot_named(name)
             return self._pilots[name]
@@ -134,7 +134,7 @@ class SourceList:
 
     def _pilot_names(self) -> tuple[str, ...]:
         extra = () if self._weights is None else (display_name(self._weights),)
-        return (*extra, *names())
+        return (*extra, *pilot_names())
 
     def _scenarios(self) -> list[SourceEntry]:
         entries = []

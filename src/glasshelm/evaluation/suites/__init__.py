@@ -1,1 +1,1 @@
-"""Where the cases of an examination come from."""
+"""Where the cases of an evaluation come from."""

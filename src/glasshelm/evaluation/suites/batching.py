@@ -10,8 +10,8 @@ from jaxtyping import Array
 
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Encounter, Scenario, Track
-from glasshelm.evaluation.rollout import SETTINGS
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.types import Suite
+from glasshelm.simulation.rollout import SETTINGS, Case
 
 
 def scenario_suite(

@@ -17,10 +17,11 @@ from jaxtyping import Array
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.encounters.types import Track
-from glasshelm.evaluation.sensor_model import Disturbance
-from glasshelm.evaluation.suites.random_suite import draw, plain_cases
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.suites.random_suite import numbered_encounters, undisturbed_cases
+from glasshelm.evaluation.types import Suite
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams
+from glasshelm.simulation.rollout import Case
+from glasshelm.simulation.sensor_model import Disturbance
 
 SEED = 7_100_000
 
@@ -49,7 +50,9 @@ _Change = Callable[[Case, np.random.Generator], Case]
 
 def disturbed_suites(ship: ShipParams, count: int) -> list[Suite]:
     """One suite a disturbance, and one with all of them."""
-    plain = jax.tree.map(jnp.asarray, _ready(plain_cases(draw(ship, count, PAPER), ship)))
+    plain = jax.tree.map(
+        jnp.asarray, _ready(undisturbed_cases(numbered_encounters(ship, count, PAPER), ship))
+    )
     suites = []
     for number, (name, (note, change)) in enumerate(_PARTS.items()):
         rng = np.random.default_rng((SEED, number))
@@ -76,7 +79,7 @@ def _ready(cases: Case) -> Case:
         course_rad=each,
         speed_m_s=each,
         correlation_s=each + np.float32(AIS_CORRELATION_S),
-        every_s=each,
+        report_interval_s=each,
     )
     return dataclasses.replace(cases, disturbance=none)
 
@@ -84,7 +87,7 @@ def _ready(cases: Case) -> Case:
 def _noise(cases: Case, rng: np.random.Generator) -> Case:
     by = cases.disturbance
     assert by is not None
-    radar = rng.random(by.every_s.shape) < 0.5
+    radar = rng.random(by.report_interval_s.shape) < 0.5
 
     def spread(ais: float, plotted: float) -> np.ndarray:
         return np.where(radar, plotted, ais).astype(np.float32)
@@ -108,7 +111,9 @@ def _stale(cases: Case, rng: np.random.Generator) -> Case:
     """Reports at intervals drawn evenly in their logarithm; a radar plot is never stale."""
     by = cases.disturbance
     assert by is not None
-    every = np.exp(rng.uniform(*np.log(REPORT_S), size=by.every_s.shape)).astype(np.float32)
+    every = np.exp(rng.uniform(*np.log(REPORT_S), size=by.report_interval_s.shape)).astype(
+        np.float32
+    )
     every = np.where(by.radar, np.float32(0), every)
     return dataclasses.replace(cases, disturbance=dataclasses.replace(by, every_s=every))
 

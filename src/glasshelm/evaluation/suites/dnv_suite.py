@@ -10,7 +10,7 @@ from glasshelm.evaluation.suites.batching import scenario_suite
 from glasshelm.evaluation.types import Suite
 from glasshelm.ship.nomoto import ShipParams
 
-#: Own ship avoids and comes back: so much longer than her route takes if nobody were there.
+#: A case lasts so many times as long as own ship needs without traffic: it avoids and comes back.
 LONGER = 1.25
 _SHOWN = 5  # names in a message
 

@@ -11,9 +11,10 @@ from jaxtyping import Array, Float
 from glasshelm.core.geometry import Vector, closest_approach, velocity
 from glasshelm.encounters.random_encounters import PAPER, RandomEncounters, random_encounter
 from glasshelm.encounters.types import Encounter, motion_at
-from glasshelm.evaluation.types import Case, Suite
+from glasshelm.evaluation.types import Suite
 from glasshelm.ship.domain import AHEAD_LOA
 from glasshelm.ship.nomoto import ShipParams
+from glasshelm.simulation.rollout import Case, plain_cases
 
 #: Never a training's or a training's evaluation set's.
 SEED = 7_000_000
@@ -55,44 +56,33 @@ def drawn_suite(
     name: str, note: str, ship: ShipParams, count: int, settings: RandomEncounters
 ) -> Suite:
     """``count`` random encounters, the same for every pilot and every ship of that speed."""
-    encounters = draw(ship, count, settings)
-    return Suite(name, note, plain_cases(encounters, ship), tuple(map(str, range(count))))
+    encounters = numbered_encounters(ship, count, settings)
+    return Suite(name, note, undisturbed_cases(encounters, ship), tuple(map(str, range(count))))
 
 
-def draw(ship: ShipParams, count: int, settings: RandomEncounters) -> Encounter:
+def numbered_encounters(
+    ship: ShipParams, count: int, settings: RandomEncounters, seed: int = SEED
+) -> Encounter:
     """Encounters 0 to ``count`` - 1: the first ones are the same whatever the count."""
-    return _draw(jnp.arange(count), ship, settings)
+    return _draw(jnp.arange(count), seed, ship, settings)
 
 
-@partial(jax.jit, static_argnums=2)
-def _draw(numbers: Array, ship: ShipParams, settings: RandomEncounters) -> Encounter:
+@partial(jax.jit, static_argnums=(1, 3))
+def _draw(numbers: Array, seed: int, ship: ShipParams, settings: RandomEncounters) -> Encounter:
     def one(number: Array) -> Encounter:
-        return random_encounter(jax.random.fold_in(jax.random.key(SEED), number), ship, settings)
+        return random_encounter(jax.random.fold_in(jax.random.key(seed), number), ship, settings)
 
     return jax.vmap(one)(numbers)
 
 
-def plain_cases(encounters: Encounter, ship: ShipParams) -> Case:
+def undisturbed_cases(encounters: Encounter, ship: ShipParams) -> Case:
     """Cases of encounters whose ships are all as large as own ship, seen as they are."""
-    present = np.asarray(encounters.present)
-    count = present.shape[0]
-    duration_s = np.asarray(jax.jit(jax.vmap(lambda e: conflicts_past_s(e, ship)))(encounters))
-    size = np.ones(present.shape, np.float32)
-    return Case(
-        jax.tree.map(np.asarray, encounters),
-        repeated(ship, count),
-        np.round(duration_s / _STEP_S).astype(np.int32),
-        size * np.float32(ship.loa_m),
-        size * np.float32(ship.beam_m),
-    )
+    duration_s = np.asarray(jax.jit(jax.vmap(lambda e: case_duration_s(e, ship)))(encounters))
+    steps = np.round(duration_s / _STEP_S).astype(np.int32)
+    return jax.tree.map(np.asarray, plain_cases(encounters, ship, steps))
 
 
-def repeated(ship: ShipParams, count: int) -> ShipParams:
-    """A batch of one and the same ship."""
-    return jax.tree.map(lambda x: np.full(count, x, np.float32), ship)
-
-
-def conflicts_past_s(encounter: Encounter, ship: ShipParams) -> Float[Array, ""]:
+def case_duration_s(encounter: Encounter, ship: ShipParams) -> Float[Array, ""]:
     """When every planned conflict is past [s]: the ships that would pass within 6.4 LOA.
 
     The CPAs are those of ships that all keep straight on; between 2400 s and an hour.

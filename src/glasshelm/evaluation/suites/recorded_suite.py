@@ -77,8 +77,8 @@ def _suite(path: Path, name: str, ship: ShipParams, settings: Windows = Windows(
     note = (
         f"Windows of {settings.lasts_s / 60:.0f} min of recorded AIS ({name}) that begin where a "
         f"ship closes another to within {settings.dcpa_m / NAUTICAL_MILE_M:g} NM in "
-        f"{settings.tcpa_s[0] / 60:.0f} to {settings.tcpa_s[1] / 60:.0f} min; the pilot takes her "
-        "place with her length and speed"
+        f"{settings.tcpa_s[0] / 60:.0f} to {settings.tcpa_s[1] / 60:.0f} min; the pilot takes its "
+        "place with its length and speed"
     )
     return scenario_suite(f"recorded-{name}", note, scenarios)
 

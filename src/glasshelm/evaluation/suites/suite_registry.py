@@ -18,7 +18,7 @@ RANDOM_COUNT, DRAWN_COUNT = 10_000, 1000
 NAMES = "random, congested, imazu, disturbed, recorded, recorded:FILE, situations:FOLDER"
 
 
-def suites_named(
+def build_suites(
     names: Sequence[str], ship: ShipParams, encounters: int | None = None
 ) -> list[Suite]:
     """The suites of these names for a ship; ``encounters`` sizes those that are drawn.
@@ -29,15 +29,15 @@ def suites_named(
     """
     if encounters is not None and encounters < 1:
         raise InputError(f"{encounters} encounters: must be 1 or more")
-    found: list[Suite] = []
+    suites: list[Suite] = []
     for name in dict.fromkeys(names):
-        found += _built(name, ship, encounters)
-    if not found:
+        suites += _built(name, ship, encounters)
+    if not suites:
         raise InputError(f"no suite: choose one or more of {NAMES}")
-    twice = [s.name for s in found if [t.name for t in found].count(s.name) > 1]
-    if twice:
-        raise InputError(f"two suites are called {twice[0]!r}: examine them in two folders")
-    return found
+    repeated = [s.name for s in suites if [t.name for t in suites].count(s.name) > 1]
+    if repeated:
+        raise InputError(f"two suites are called {repeated[0]!r}: evaluate them in two folders")
+    return suites
 
 
 def _built(name: str, ship: ShipParams, encounters: int | None) -> list[Suite]:

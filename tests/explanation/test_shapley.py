@@ -13,14 +13,14 @@ import pytest
 from tests.untrained import observation, untrained
 
 from glasshelm.core.errors import InputError
-from glasshelm.explain.coalitions import coalitions, exact_from_worths
-from glasshelm.explain.shapley import (
+from glasshelm.explanation.coalitions import coalitions, exact_from_worths
+from glasshelm.explanation.quantities import values_at
+from glasshelm.explanation.shapley import (
     exact_shapley,
     sampled_shapley,
     shapley_by_ship,
     value_function,
 )
-from glasshelm.explain.values import values_at
 
 ORACLE = Path(__file__).parent / "shapiq.json"
 LIMIT = 0.087
@@ -99,6 +99,7 @@ def test_ships_in_another_order_have_the_same_shares():
     np.testing.assert_allclose(one.pairs, two.pairs[::-1, ::-1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_samples_lie_within_their_error_of_the_exact_shares_and_add_up():
     pilot, seen = untrained(), observation(6)
     worth = value_function("rudder", pilot.actor, None, seen, LIMIT)

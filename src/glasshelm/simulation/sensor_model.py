@@ -1,7 +1,7 @@
 """What own ship's instruments show, between the true world and what the pilot sees.
 
 The world goes on as it is; the pilot sees a picture of it: own ship by satellite
-position and gyro, each target by her last report, dead-reckoned to now. An
+position and gyro, each target by its last report, dead-reckoned to now. An
 AIS report has the errors of the target's own receiver and comes every 2 s to
 3 min; a radar plot errs in range and bearing from own ship and comes every step.
 Errors wander: each is a Gauss-Markov process with a spread and a correlation time.
@@ -47,10 +47,10 @@ class Disturbance(eqx.Module):
     course_rad: Number
     speed_m_s: Number
     correlation_s: Number
-    every_s: Number
+    report_interval_s: Number
 
 
-class Picture(eqx.Module):
+class PerceivedTraffic(eqx.Module):
     """The instruments at one instant.
 
     ``own_noise`` and ``noise`` are the errors in units of their spread;
@@ -61,18 +61,18 @@ class Picture(eqx.Module):
     own_noise: Float[Array, "3"]
     noise: Float[Array, "n 4"]
     report: Motion
-    heard_s: Float[Array, " n"]
+    reported_s: Float[Array, " n"]
     observation: Observation
 
 
-def first_picture(by: Disturbance, encounter: Encounter, own: ShipState) -> Picture:
+def first_perception(by: Disturbance, encounter: Encounter, own: ShipState) -> PerceivedTraffic:
     """The picture at t = 0: every target there has just been heard."""
     slots = encounter.present.shape[-1]
     own_key, key = jax.random.split(_key(by, jnp.zeros((), jnp.int32)))
     nobody = eqx.tree_at(
         lambda m: m.present, targets_at(encounter, jnp.zeros(())), jnp.zeros(slots, bool)
     )
-    before = Picture(
+    before = PerceivedTraffic(
         jax.random.normal(own_key, (3,)),
         jax.random.normal(key, (slots, 4)),
         nobody,
@@ -82,15 +82,15 @@ def first_picture(by: Disturbance, encounter: Encounter, own: ShipState) -> Pict
     return _look(by, before, encounter, own, jnp.zeros((), jnp.int32), jnp.zeros(()), True)
 
 
-def next_picture(
+def next_perception(
     by: Disturbance,
-    before: Picture,
+    before: PerceivedTraffic,
     encounter: Encounter,
     own: ShipState,
     leg: Int[Array, ""],
     step: Int[Array, ""],
     step_s: float,
-) -> Picture:
+) -> PerceivedTraffic:
     """The picture after a step: errors have wandered, reports that are due have come."""
     own_key, key = jax.random.split(_key(by, step))
     wandered = eqx.tree_at(
@@ -118,25 +118,25 @@ def _wander(
 
 def _look(
     by: Disturbance,
-    picture: Picture,
+    picture: PerceivedTraffic,
     encounter: Encounter,
     own: ShipState,
     leg: Int[Array, ""],
     time_s: Float[Array, ""],
     first: bool,
-) -> Picture:
+) -> PerceivedTraffic:
     """The picture with the reports of now in it, and the observation made from it."""
     motion = targets_at(encounter, time_s)
     shown = _own_shown(by, picture.own_noise, own)
     unheard = motion.present & ~picture.report.present
-    due = unheard | (time_s - picture.heard_s >= by.every_s - 1e-3)
+    due = unheard | (time_s - picture.reported_s >= by.report_interval_s - 1e-3)
     fresh = _report(by, picture.noise, own, shown, motion)
     report = jax.tree.map(lambda new, old: jnp.where(due, new, old), fresh, picture.report)
     report = eqx.tree_at(lambda m: m.present, report, motion.present)
-    heard_s = jnp.where(due, time_s, picture.heard_s)
+    heard_s = jnp.where(due, time_s, picture.reported_s)
     reckoned = _reckoned(by, report, time_s - heard_s)
     sight = observe(shown, waypoint_of(encounter, leg), reckoned, report.present)
-    return Picture(
+    return PerceivedTraffic(
         picture.own_noise,
         picture.noise,
         report,
@@ -146,7 +146,7 @@ def _look(
 
 
 def _own_shown(by: Disturbance, noise: Float[Array, "3"], own: ShipState) -> ShipState:
-    """Own ship by her instruments."""
+    """Own ship as its sensors show it."""
     return eqx.tree_at(
         lambda s: (s.east_m, s.north_m, s.heading_rad),
         own,
@@ -163,8 +163,8 @@ def _report(
 ) -> Motion:
     """What a report of each target would say now.
 
-    A radar measures from where own ship is, against her heading line: her own
-    errors move and turn its plots as they move and turn her.
+    A radar measures from where own ship is, against its heading line: own ship's
+    errors move and turn the plots as they move and turn own ship.
     """
     away = Vector(true.east_m - own.east_m, true.north_m - own.north_m)
     stretched = 1.0 + by.range_m * noise[:, 0] / jnp.maximum(norm(away), 1.0)
@@ -183,7 +183,7 @@ def _report(
 def _reckoned(by: Disturbance, report: Motion, age_s: Float[Array, " n"]) -> Motion:
     """Reports dead-reckoned to now, with velocities through the water.
 
-    Own ship's velocity in Eq. 11 is her heading and speed, through the water; of
+    Own ship's velocity in Eq. 11 is its heading and speed, through the water; of
     the targets the same must be shown, or the current would spoil every CPA.
     """
     ground = velocity(report.course_rad, report.speed_m_s)

@@ -5,12 +5,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, SPEED, cases, encounter
+from tests.evaluation.cases import ABEAM, HEAD_ON, SPEED, cases, encounter
 
-from glasshelm.colregs.classification import Kind
-from glasshelm.evaluation.rollout import retrace, sail
+from glasshelm.colregs.classification import EncounterType
 from glasshelm.pilots.batched import BatchedPilot
-from glasshelm.training.validation import Memoryless, rollout
+from glasshelm.pilots.protocols import Decision
+from glasshelm.simulation.rollout import rollout, rollout_tracks
 
 
 class Weaves(eqx.Module):
@@ -23,18 +23,10 @@ class Weaves(eqx.Module):
     def start(self):
         return jnp.zeros(())
 
-    def steer(self, observation, memory):
+    def decide(self, observation, memory):
         rudder = jnp.sin(memory / 40.0) * 0.4 + 0.5 * observation.targets[:, 0, 0].sum()
-        return jnp.where(
-            observation.waypoint[0, 1] < 1.0, jnp.nan, jnp.clip(rudder, -1, 1)
-        ), memory + 1
-
-
-class SeesTogether(eqx.Module):
-    """:class:`Sees` as training calls an actor: for all worlds at once."""
-
-    def __call__(self, observation):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, :, 0, 0].sum(-1), -1, 1)
+        near = observation.waypoint[0, 1] < 1.0
+        return Decision(jnp.where(near, jnp.nan, jnp.clip(rudder, -1, 1))), memory + 1
 
 
 class Sees(eqx.Module):
@@ -45,8 +37,8 @@ class Sees(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.clip(0.4 + 3.0 * observation.targets[:, 0, 0].sum(), -1, 1)), memory
 
 
 CASES = [encounter(HEAD_ON), encounter(ABEAM), encounter(HEAD_ON, ABEAM), encounter()]
@@ -55,7 +47,7 @@ STEPS = 300
 
 @pytest.fixture(scope="module")
 def straight():
-    return jax.device_get(sail(BatchedPilot(_Amidships()), cases(*CASES, steps=STEPS), STEPS))
+    return jax.device_get(rollout(BatchedPilot(_Amidships()), cases(*CASES, steps=STEPS), STEPS))
 
 
 class _Amidships(eqx.Module):
@@ -66,10 +58,11 @@ class _Amidships(eqx.Module):
     def start(self):
         return ()
 
-    def steer(self, observation, memory):
-        return jnp.zeros(()), memory
+    def decide(self, observation, memory):
+        return Decision(jnp.zeros(())), memory
 
 
+@pytest.mark.slow
 def test_collision_and_distance_of_a_ship_that_does_nothing(straight):
     assert straight.range_m[:, 1] == pytest.approx([0, 2000, 0, np.inf], abs=30)
     assert straight.hull_gap_m[0] < -50  # end on: as deep as the beam, less what a step skips
@@ -98,42 +91,33 @@ def test_way_and_helm_of_a_ship_that_does_nothing(straight):
 
 def test_meetings_are_counted_by_ship(straight):
     kinds = straight.meetings.kind
-    assert kinds[0].tolist() == [Kind.HEAD_ON, Kind.NONE]
-    assert kinds[3].tolist() == [Kind.NONE, Kind.NONE]
+    assert kinds[0].tolist() == [EncounterType.HEAD_ON, EncounterType.NONE]
+    assert kinds[3].tolist() == [EncounterType.NONE, EncounterType.NONE]
 
 
+@pytest.mark.slow
 def test_a_case_ends_at_its_own_step():
     """A batch goes on for its longest case; the others' measures stand still."""
     alone = cases(*CASES, steps=100)
-    found = jax.device_get(sail(BatchedPilot(Sees()), alone, 100))
-    longer = jax.device_get(sail(BatchedPilot(Sees()), alone, STEPS))
+    found = jax.device_get(rollout(BatchedPilot(Sees()), alone, 100))
+    longer = jax.device_get(rollout(BatchedPilot(Sees()), alone, STEPS))
     jax.tree.map(np.testing.assert_array_equal, found, longer)
     assert found.time_s.tolist() == [500.0] * 4
 
 
-def test_the_same_as_the_measures_of_training():
-    """training.validation simulates the same pilot to the same margins, ranges and returns."""
-    batch = cases(*CASES, steps=STEPS)
-    found = jax.device_get(sail(BatchedPilot(Sees()), batch, STEPS))
-    encounters = jax.tree.map(jnp.asarray, batch.encounter)
-    theirs = jax.device_get(rollout(Memoryless(SeesTogether()), encounters, SHIP, 240, STEPS))
-    np.testing.assert_allclose(found.range_m.T, theirs.range_m, rtol=1e-3)
-    np.testing.assert_allclose(found.margin.T, theirs.margin, atol=1e-3)
-    np.testing.assert_allclose(found.return_by_task, theirs.return_by_task, atol=1e-2)
-    np.testing.assert_allclose(found.rudder / STEPS, theirs.rudder, rtol=1e-3)
-
-
+@pytest.mark.slow
 def test_a_rudder_that_is_no_number_is_told():
     batch = cases(*CASES, steps=20)
     near = eqx.tree_at(lambda c: c.encounter.route.y, batch, np.full((4, 1), 15_000.0, np.float32))
-    assert jax.device_get(sail(BatchedPilot(Weaves()), batch, 20)).finite.all()
-    assert not jax.device_get(sail(BatchedPilot(Weaves()), near, 20)).finite.any()
+    assert jax.device_get(rollout(BatchedPilot(Weaves()), batch, 20)).finite.all()
+    assert not jax.device_get(rollout(BatchedPilot(Weaves()), near, 20)).finite.any()
 
 
+@pytest.mark.slow
 def test_a_voyage_ends_at_its_last_waypoint():
     batch = cases(encounter(), steps=STEPS)
     near = eqx.tree_at(lambda c: c.encounter.route.y, batch, np.full((1, 1), 3000.0, np.float32))
-    found = jax.device_get(sail(BatchedPilot(_Amidships()), near, STEPS))
+    found = jax.device_get(rollout(BatchedPilot(_Amidships()), near, STEPS))
     assert found.arrived.all()
     assert found.left_m.tolist() == [0.0]
     assert found.time_s[0] == pytest.approx(2500 / SPEED, abs=5)
@@ -141,8 +125,8 @@ def test_a_voyage_ends_at_its_last_waypoint():
 
 def test_the_track_drawn_is_the_voyage_measured():
     batch = cases(*CASES, steps=STEPS)
-    places = jax.device_get(retrace(BatchedPilot(Sees()), batch, STEPS))
-    found = jax.device_get(sail(BatchedPilot(Sees()), batch, STEPS))
+    places = jax.device_get(rollout_tracks(BatchedPilot(Sees()), batch, STEPS))
+    found = jax.device_get(rollout(BatchedPilot(Sees()), batch, STEPS))
     assert places.own.east_m.shape == (STEPS + 1, 4)
     away = np.hypot(
         places.east_m - places.own.east_m[..., None], places.north_m - places.own.north_m[..., None]

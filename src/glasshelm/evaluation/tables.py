@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from glasshelm.core.text import markdown_text
-from glasshelm.evaluation.statistics import Interval
+from glasshelm.evaluation.statistics import ConfidenceInterval
 
 
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table; cells are text, whatever is in them."""
     texts = [map(markdown_text, cells) for cells in (header, *rows)]
     head, *body = map(" | ".join, texts)
@@ -14,7 +14,7 @@ def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {line} |" for line in lines)
 
 
-def percent(interval: Interval) -> str:
+def percent(interval: ConfidenceInterval) -> str:
     """A rate and its interval."""
     value, low, high = (100 * x for x in (interval.value, interval.low, interval.high))
     return f"{value:.2f} % [{low:.2f}, {high:.2f}]"

@@ -13,9 +13,9 @@ from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Track
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S
 from glasshelm.env.step import observe_step, reset
-from glasshelm.evaluation.sensor_model import Disturbance, first_picture, next_picture
 from glasshelm.evaluation.suites.disturbed_suite import turned_track
 from glasshelm.ship.nomoto import ShipState, advance
+from glasshelm.simulation.sensor_model import Disturbance, first_perception, next_perception
 
 STEPS = 60
 TWO = encounter((3000.0, 6000.0, 250.0, 6.0), (-2000.0, 4000.0, 100.0, 5.0), slots=2)
@@ -34,7 +34,7 @@ def perfect(**other) -> Disturbance:
 def sail(by: Disturbance, where=TWO, rudder=0.03):
     """True observations and those shown, over 300 s with a steady rudder."""
     state = reset(where, SHIP)
-    picture = first_picture(by, where, where.own)
+    picture = first_perception(by, where, where.own)
 
     def go(carry, _):
         state, picture = carry
@@ -45,7 +45,7 @@ def sail(by: Disturbance, where=TWO, rudder=0.03):
             (own.east_m + 5 * by.current_m_s.x, own.north_m + 5 * by.current_m_s.y),
         )
         state = observe_step(where, state, own, SHIP).state
-        picture = next_picture(by, picture, where, own, state.leg, state.step, 5.0)
+        picture = next_perception(by, picture, where, own, state.leg, state.step, 5.0)
         return (state, picture), (state.observation, picture.observation)
 
     run = jax.jit(lambda carry: jax.lax.scan(go, carry, length=STEPS)[1])
@@ -57,6 +57,7 @@ def positions(observation):
     return observation.targets[:, :, 0, :2] * LENGTH_M
 
 
+@pytest.mark.slow
 def test_perfect_instruments_show_the_world_as_it_is():
     true, shown = sail(perfect())
     # To 2 m and 0.1 s: the two programs round otherwise, and TCPA is a quotient.

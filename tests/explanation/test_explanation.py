@@ -7,17 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.untrained import observation, untrained
 
+import glasshelm
 from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 from glasshelm.env.padding import bucket_size, pad_observation
-from glasshelm.explain.danger_zero import RANGE_M, far_ship, far_value
-from glasshelm.explain.shapley import (
+from glasshelm.explanation.danger_zero import RANGE_M, far_ship, far_value
+from glasshelm.explanation.shapley import (
     MAX_PADDED_EXACT,
     exact_shapley,
     shapley_by_ship,
     value_function,
 )
-from glasshelm.explain.step_explanation import cut, explain
-from glasshelm.pilots.learned import decide
+from glasshelm.explanation.step_explanation import explain
+from glasshelm.pilots.decide import Selection, _in_slots
 
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
 jitted = eqx.filter_jit(explain)
@@ -33,6 +34,7 @@ def permuted(seen: Observation, order: np.ndarray) -> Observation:
     return Observation(seen.waypoint, seen.targets[order], seen.present[order])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "ships"), [("attention", n) for n in (0, 1, 4, 40)] + [("sum", 4)]
 )
@@ -84,10 +86,11 @@ def test_order_of_ships_changes_nothing(kind):
 )
 def test_padding_changes_nothing(kind, ships, slots):
     seen = observation(ships)
-    wide = at(kind, jax.tree.map(jnp.asarray, pad_observation(seen, slots)))
+    padded = pad_observation(seen, slots)
+    wide = at(kind, jax.tree.map(jnp.asarray, padded))
     assert not wide.present[ships:].any()
     assert not wide.value.by_ship[ships:].any()
-    bare, trimmed = at(kind, seen), cut(wide, ships)
+    bare, trimmed = at(kind, seen), _in_slots(wide, Selection(padded, np.arange(slots)), ships)
     assert jax.tree.structure(bare) == jax.tree.structure(trimmed)
     for a, b in zip(jax.tree.leaves(bare), jax.tree.leaves(trimmed), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
@@ -109,6 +112,7 @@ def test_intention_is_value_or_gain_times_attention():
     np.testing.assert_allclose(why.intention.increment, why.priority.by_ship * why.attention)
 
 
+@pytest.mark.slow
 def test_what_a_pilot_lacks_is_absent():
     seen = observation(4)
     why = at("sum", seen)
@@ -133,10 +137,11 @@ def test_sweep_agrees_with_the_critic_rudder_by_rudder():
         np.testing.assert_allclose(why.sweep.value.waypoint[k], alone.waypoint, **CLOSE)
 
 
+@pytest.mark.slow
 def test_compiled_equals_eager():
     seen = observation(4)
-    eager = decide(untrained("attention"), seen)
-    compiled = untrained("attention").decide(seen)
+    eager, _ = untrained("attention").decide(seen, ())
+    compiled = glasshelm.explain(untrained("attention"), seen)
     for a, b in zip(jax.tree.leaves(eager), jax.tree.leaves(compiled), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
 
@@ -164,6 +169,7 @@ def test_slots_double():
         pad_observation(observation(3), 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 @pytest.mark.parametrize(("ships", "slots"), [(3, 4), (5, 8), (10, 16)])
 def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
@@ -178,6 +184,7 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
     assert np.isfinite(why.worth.all) == (ships <= MAX_PADDED_EXACT)
 
 
+@pytest.mark.slow
 def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
     pilot, seen = untrained("sum"), jax.tree.map(jnp.asarray, observation(14))
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))

@@ -23,7 +23,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
-from glasshelm.explain.coalitions import MAX_EXACT, ShapleyValues, coalitions, exact_from_worths
+from glasshelm.explanation.coalitions import MAX_EXACT, ShapleyValues, coalitions, exact_from_worths
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 
