@@ -21,11 +21,11 @@ TEXT, BINARY, CLOSE, PING = 1, 2, 8, 9
 
 @contextlib.contextmanager
 def served(
-    app: Starlette, room: ConnectionLimits | None = None
+    app: Starlette, limits: ConnectionLimits = ConnectionLimits()
 ) -> Iterator[tuple[uvicorn.Server, int]]:
     """The application at a free port of this machine: the server, and the port."""
     bound = socket.create_server(("127.0.0.1", 0))
-    server = uvicorn.Server(ServerConfig(app, room))
+    server = uvicorn.Server(ServerConfig(app, limits))
     thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[bound])))
     thread.start()
     try:

@@ -156,7 +156,7 @@ def test_without_any_token_everybody_here_is_the_owner(tmp_path):
 @pytest.mark.parametrize(
     ("token", "viewer_token", "line"),
     [
-        (OWNER, OWNER, "--viewer-token: must be another"),
+        (OWNER, OWNER, "--viewer-token: must differ"),
         (OWNER, "short", "--viewer-token: must be 12"),
         (OWNER, "", "--viewer-token: must be 12"),
         (OWNER, "ünicode-token-x", "--viewer-token: must be 12"),
