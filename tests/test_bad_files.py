@@ -138,7 +138,7 @@ WRITE = [
     "explain log.jsonl --out FILE",
     "explain imazu:1 --pilot straight --steps 0 --out FILE",
     "whatif log.jsonl --at 0 --pilot straight --minutes 0.1 --out FILE",
-    "bridge imazu:1 --no-open --port 0 --log FILE",
+    "bridge imazu:1 --no-open --port 0 --log-dir FILE",
     "evaluate --pilots straight --ships paper --suite imazu --out FILE",
     "exam --pilots paper-sum --out FILE",
     "train --preset tiny --out FILE",

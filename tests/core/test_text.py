@@ -16,7 +16,7 @@ from glasshelm.core.terminal import TaskDescription, Terminal, progress
 from glasshelm.core.text import MAX_NAME_LENGTH, file_name, markdown_code, markdown_text, printable
 from glasshelm.encounters.dnv_situation import read_situation
 from glasshelm.encounters.types import TargetInfo
-from glasshelm.evaluation.tables import markdown
+from glasshelm.evaluation.tables import markdown_table
 from glasshelm.frames.frame_log import read_log, write_log
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.registry import pilot_named
@@ -214,7 +214,7 @@ def test_whoever_asks_sees_where():
 
 
 def test_a_table_has_as_many_columns_whoever_is_in_it():
-    table = markdown(["pilot", "ship"], [[name, "x"] for name in NAMES]).split("\n")
+    table = markdown_table(["pilot", "ship"], [[name, "x"] for name in NAMES]).split("\n")
     assert len(table) == len(NAMES) + 2
     for row in table:
         assert len(re.findall(r"(?<!\\)(?:\\\\)*\|", row)) == 3, row

@@ -47,7 +47,7 @@ def weights(tmp_path):
 
 
 def exam(out, *pilots):
-    return main(["exam", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
+    return main(["faithfulness", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
 
 
 def one_line(capsys):
@@ -86,7 +86,7 @@ def test_seeds_that_differ_in_what_they_have_are_refused_first(
     assert not asked
 
 
-@pytest.mark.parametrize("command", ["exam", "evaluate"])
+@pytest.mark.parametrize("command", ["faithfulness", "evaluate"])
 @pytest.mark.parametrize("out", ["file", "file/below", "/proc/x"])
 def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, asked, capsys):
     (tmp_path / "file").write_text("mine")

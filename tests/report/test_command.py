@@ -42,7 +42,7 @@ def test_a_log_takes_no_pilot(tmp_path, drawn, capsys):
     log = tmp_path / "frames.jsonl"
     write_log(log, plain())
     assert main(["explain", str(log), "--pilot", "straight"]) == 2
-    assert "a log is told as it is" in capsys.readouterr().err
+    assert "a log is explained as it is" in capsys.readouterr().err
 
 
 def test_an_unknown_source_is_one_line(tmp_path, drawn, capsys):
