@@ -3,19 +3,26 @@
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
+# As many tests at a time as there are cores.
+WORKERS ?= auto
 PYTEST_FLAGS ?=
 BIN := $(VENV)/bin
 STORIES := out/stories
+# A module's tests stay together, for its fixtures; modules with slow tests are first (tests/conftest.py).
+PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --durations=10
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Compiled modules are kept: every worker and every process that a test starts imports them.
+export PYTHONDONTWRITEBYTECODE :=
 
 PAGE := src/glasshelm/bridge/static/index.html
 PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
 
-.PHONY: help install test page page-test demo stories bench safety fuzz lint format types wheel clean \
+.PHONY: help install test test-fast page page-test demo stories bench safety fuzz lint format types wheel clean \
   docs docs-install docs-check docs-site
 
 help:
-	@echo "make test    all tests"
+	@echo "make test    all tests, on all cores, and how long they took (ten minutes on two)"
+	@echo "make test-fast  those not marked slow, for the developer's loop (two minutes on two cores)"
 	@echo "make page    the bridge page, built into the package (Node from PyPI if none is there)"
 	@echo "make demo    the bridge: a live page of a real ship's traffic and the pilot's advice"
 	@echo "make stories two explained encounters, each a report to read in the browser"
@@ -52,7 +59,10 @@ page-test:
 	PYTHON=$(PYTHON) scripts/page test
 
 test: install page
-	$(BIN)/python -m pytest $(PYTEST_FLAGS)
+	$(PYTEST) $(PYTEST_FLAGS)
+
+test-fast: install page
+	$(PYTEST) -m "not slow" $(PYTEST_FLAGS)
 
 lint: install
 	$(BIN)/ruff check

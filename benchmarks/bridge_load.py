@@ -1,7 +1,7 @@
 """How fast frames reach their viewers: 200 targets, a frame a second, 20 viewers, for ten minutes.
 
     python benchmarks/bridge_load.py [--minutes 10] [--viewers 20] [--targets 200] [--pilot NAME]
-        [--rate 5] [--errors 10,0.5,0.1]
+        [--rate 5] [--sensor-errors 10,0.5,0.1]
 
 Starts a bridge in a process of its own, plays a random encounter at ×5 (a frame
 of 5 s every second) and opens the viewers in this one. Latency is from the
@@ -37,11 +37,13 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=200)
     parser.add_argument("--pilot", default="paper-attention")
     parser.add_argument("--rate", type=float, default=5.0)
-    parser.add_argument("--errors", default="10,0.5,0.1", help='of the certified bands; "off"')
+    parser.add_argument(
+        "--sensor-errors", default="10,0.5,0.1", help='of the certified bands; "off"'
+    )
     parser.add_argument("--slow", action="store_true")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as logs:
-        server, url = start(f"random:1:{args.targets}", args.pilot, logs, args.errors)
+        server, url = start(f"random:1:{args.targets}", args.pilot, logs, args.sensor_errors)
         try:
             asyncio.run(measure(server.pid, url, args))
         finally:
@@ -51,7 +53,7 @@ def main() -> None:
 
 def start(source: str, pilot: str, logs: str, errors: str) -> tuple[subprocess.Popen[str], str]:
     """A bridge in a process of its own, and its address (host:port)."""
-    options = ["--pilot", pilot, "--log", logs, "--no-open", "--errors", errors]
+    options = ["--pilot", pilot, "--log-dir", logs, "--no-open", "--sensor-errors", errors]
     command = [sys.executable, "-m", "glasshelm", "bridge", source, *options]
     server = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert server.stderr is not None
@@ -67,7 +69,7 @@ async def measure(pid: int, address: str, args: argparse.Namespace) -> None:
     async with connect(url, max_size=None) as first:
         await heard(first, "frame")  # all programs are compiled by then
         await asyncio.sleep(10)
-        if args.errors != "off" and "sum" in args.pilot:
+        if args.sensor_errors != "off" and "sum" in args.pilot:
             await first.send('{"type":"pause"}')
             await heard(first, "band")
             await first.send('{"type":"play"}')

@@ -34,8 +34,8 @@ from websockets.asyncio.server import serve
 from websockets.exceptions import ConnectionClosed
 
 from glasshelm.ais.table import OWN_SENSORS, ReportTable
-from glasshelm.bridge.server.presenter import Stage
-from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.server.presenter import Presenter
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.live.traffic_picture import TrafficPicture
@@ -162,16 +162,16 @@ async def watched(address: str, good: ReportTable, logs: Path, shown: asyncio.Ev
     picture = TrafficPicture("fuzz")
     pilot = StraightPilot()
     live = LiveSession("fuzz", feed, picture, pilot, "paper", logs)
-    live.ready(pilot)
-    stage = Stage(live, Limits())
-    listening = asyncio.create_task(stage.session.listen())
+    live.warm_up(pilot)
+    presenter = Presenter(live, DEFAULT_ALARM_LIMITS)
+    listening = asyncio.create_task(presenter.session.listen())
     quiet_since, heard = time.monotonic(), -1
     try:
         while not outcome.healed and time.monotonic() - quiet_since < PATIENCE_S:
             await asyncio.sleep(LOOK_S)
             if feed.counts.received != heard:
                 quiet_since, heard = time.monotonic(), feed.counts.received
-            await asyncio.to_thread(_look, stage, outcome)
+            await asyncio.to_thread(_look, presenter, outcome)
             if outcome.frames > 1:
                 shown.set()
             outcome.healed = _is_healed(outcome.last, good)
@@ -182,18 +182,18 @@ async def watched(address: str, good: ReportTable, logs: Path, shown: asyncio.Ev
             outcome.faults.append(f"the feed ended: {listening.exception()!r}")
         listening.cancel()
         await asyncio.gather(listening, return_exceptions=True)
-        stage.close()
+        presenter.close()
     outcome.heard = feed.counts.received
     outcome.uncounted = abs(picture.counts.pending) + abs(feed.counts.pending)
     return outcome
 
 
-def _look(stage: Stage, outcome: Outcome) -> None:
+def _look(presenter: Presenter, outcome: Outcome) -> None:
     """One look as the bridge has it: what is told must be JSON, and in order."""
     outcome.looks += 1
     try:
-        told = stage.forward() or []
-        told.append(("session", stage.session_now(True, 1.0)))
+        told = presenter.advance() or []
+        told.append(presenter.session_message(True, 1.0))
         for kind, message in told:
             content = json.loads(message, parse_constant=_no_number)
             if kind != "frame":

@@ -23,8 +23,9 @@ from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.networks.actors import ActorSizes, make_actor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.ship.nomoto import SHIPS
+from glasshelm.simulation.rollout import plain_cases, rollout
 from glasshelm.training.ddpg import DdpgSettings, encounter_pool, init_ddpg, run_cycle
-from glasshelm.training.validation import Memoryless, validation_rollout
+from glasshelm.training.validation import Memoryless
 
 SHIP = SHIPS["paper"]
 SETTINGS = DdpgSettings(replay_size=100_000)
@@ -52,10 +53,8 @@ def actor_steps_per_s(seconds: float) -> float:
     """Environment steps per second of 512 environments under the paper's sum actor."""
     encounters = validation_encounters(SHIP, 512)
     actor = make_actor("sum", ActorSizes(), jax.random.key(1))
-    policy = Memoryless(actor)
-    return (
-        512 * 60 / per_call(lambda: validation_rollout(policy, encounters, SHIP, 60, 60), seconds)
-    )
+    policy, cases = Memoryless(actor), plain_cases(encounters, SHIP, 60)
+    return 512 * 60 / per_call(lambda: rollout(policy, cases, 60), seconds)
 
 
 class Ddpg:

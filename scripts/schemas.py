@@ -23,9 +23,9 @@ def frame_schema() -> dict[str, Any]:
 
 def protocol_schema() -> dict[str, Any]:
     """What travels over the bridge's WebSocket: ``Request`` and ``ServerMessage``."""
-    server_message = Union[tuple(protocol._Said.__subclasses__())]  # noqa: UP007
+    server_message = Union[tuple(protocol.ServerMessage.__subclasses__())]  # noqa: UP007
     (_, client, server), parts = msgspec.json.schema_components(
-        [Frame, protocol.Asked, server_message], ref_template="#/$defs/{name}"
+        [Frame, protocol.Request, server_message], ref_template="#/$defs/{name}"
     )
     unions = {"Request": client, "ServerMessage": server}
     anything = {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in unions]}

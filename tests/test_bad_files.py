@@ -138,7 +138,7 @@ WRITE = [
     "explain log.jsonl --out FILE",
     "explain imazu:1 --pilot straight --steps 0 --out FILE",
     "whatif log.jsonl --at 0 --pilot straight --minutes 0.1 --out FILE",
-    "bridge imazu:1 --no-open --port 0 --log FILE",
+    "bridge imazu:1 --no-open --port 0 --log-dir FILE",
     "evaluate --pilots straight --ships paper --suite imazu --out FILE",
     "exam --pilots paper-sum --out FILE",
     "train --preset tiny --out FILE",
@@ -163,6 +163,7 @@ def told(command: str, file: str, capsys) -> str:
     return err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", TEXTS)
 @pytest.mark.parametrize(("command", "suffix"), READ)
 def test_texts(command, suffix, content, capsys):
@@ -183,6 +184,7 @@ def test_weights(content, capsys):
     assert told(SAIL[0], "file.safetensors", capsys).count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", ["empty", "junk", "no layers", "wide layers", "deep header"])
 @pytest.mark.parametrize("command", SAIL[1:])
 def test_weights_of_every_command(command, content, capsys):

@@ -108,8 +108,11 @@ def test_bad_input_is_one_clear_line(args, tmp_path):
             ("run", "imazu:1", "--pilot", "straight", "--steps", "1", "--out", "nan.json/x"),
             "nan.json/x: cannot write the log (its folder is a file)",
         ),
-        (("bridge", "imazu:1", "--log", "nan.json"), "nan.json: cannot write there"),
-        (("bridge", "imazu:1", "--log", "nan.json/x"), "nan.json/x: cannot write there (a file"),
+        (("bridge", "imazu:1", "--log-dir", "nan.json"), "nan.json: cannot write there"),
+        (
+            ("bridge", "imazu:1", "--log-dir", "nan.json/x"),
+            "nan.json/x: cannot write there (a file",
+        ),
         (("bridge", "tcp://localhost:1", "--signalk-token", "x"), "is for signalk://HOST"),
         (("explain", "empty.jsonl", "--ship", "paper"), "leave out pilot, ship, own"),
     ],

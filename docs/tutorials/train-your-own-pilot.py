@@ -91,14 +91,14 @@ print("paper-attention", same_first_ship(good))
 
 # %% [markdown]
 # By chance it would be one frame in four. In the well-trained pilot, attention nearly always names the right ship. In one that has learned little, it
-# often does not. `glasshelm exam` makes this test with proper scores, baselines and intervals, for every explanation
+# often does not. `glasshelm faithfulness` makes this test with proper scores, baselines and intervals, for every explanation
 # ([method](../explanation/explanations.md#measuring-faithfulness), [results](../results/faithfulness.md)).
 #
 # ## Train a useful pilot
 #
 #     glasshelm train --preset fast --actor attention --ship paper --out runs/mine
 #     glasshelm evaluate --pilots straight mine=runs/mine/best.safetensors paper-attention --suite random --out evaluation
-#     glasshelm exam --pilots mine=runs/mine/best.safetensors --out exam
+#     glasshelm faithfulness --pilots mine=runs/mine/best.safetensors --out exam
 #
 # Half an hour on one core gives a pilot that intrudes in about 2 % of the encounters. `--resume` continues an interrupted training, and
 # `--set dagger.iterations=200` gives a better pilot. [Training choices](../results/training-choices.md) says what else was tried.

@@ -14,16 +14,18 @@ import uvicorn
 from starlette.applications import Starlette
 from tests.bridge.process import PATIENCE_S
 
-from glasshelm.bridge.server.connections import Config, Room
+from glasshelm.bridge.server.connections import ConnectionLimits, ServerConfig
 
 TEXT, BINARY, CLOSE, PING = 1, 2, 8, 9
 
 
 @contextlib.contextmanager
-def served(app: Starlette, room: Room | None = None) -> Iterator[tuple[uvicorn.Server, int]]:
+def served(
+    app: Starlette, room: ConnectionLimits | None = None
+) -> Iterator[tuple[uvicorn.Server, int]]:
     """The application at a free port of this machine: the server, and the port."""
     bound = socket.create_server(("127.0.0.1", 0))
-    server = uvicorn.Server(Config(app, room))
+    server = uvicorn.Server(ServerConfig(app, room))
     thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[bound])))
     thread.start()
     try:

@@ -3,7 +3,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from glasshelm.bridge.server.access_control import AccessControl
-from glasshelm.bridge.server.app import application
+from glasshelm.bridge.server.app import create_app
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
@@ -15,8 +15,8 @@ HERE = "http://127.0.0.1:8470"
 
 
 def client(tmp_path, base=HERE, host="127.0.0.1", token=None) -> TestClient:
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(conductor, AccessControl(host, token), static=tmp_path / "static")
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(hub, AccessControl(host, token), static=tmp_path / "static")
     return TestClient(app, base_url=base)
 
 

@@ -5,14 +5,14 @@ import pytest
 from tests.bridge.frames import Other, frame
 
 from glasshelm.bridge.annotate.alarms import AlarmList
-from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.server.protocol import SetLimits
 
-LIMITS = Limits(dcpa_m=1000.0, tcpa_s=300.0)
+LIMITS = SetLimits(dcpa_m=1000.0, tcpa_s=300.0)
 END_ON = Other()  # 6 km ahead, closing at 10 m/s: CPA 0 in 600 s
 
 
 def told(alarms: AlarmList, time_s: float, *others: Other):
-    return alarms.see(frame(time_s, *others))
+    return alarms.update(frame(time_s, *others))
 
 
 def test_an_alarm_begins_when_both_are_below_the_limits_and_goes_with_its_cause():
@@ -34,12 +34,12 @@ def test_a_value_that_trembles_about_its_limit_rings_once():
     alarms = AlarmList(LIMITS)
     ids = set()
     for k, east in enumerate([990.0, 1010.0] * 20):
-        for alarm in alarms.see(frame(400.0, Other(east_m=east))):
+        for alarm in alarms.update(frame(400.0, Other(east_m=east))):
             ids.add((alarm.id, alarm.since_s))
         assert len(ids) == 1, k
-    assert alarms.see(frame(400.0, Other(east_m=1101.0))) == []
-    assert alarms.see(frame(405.0, Other(east_m=1010.0))) == []
-    again = alarms.see(frame(410.0, Other(east_m=990.0)))
+    assert alarms.update(frame(400.0, Other(east_m=1101.0))) == []
+    assert alarms.update(frame(405.0, Other(east_m=1010.0))) == []
+    again = alarms.update(frame(410.0, Other(east_m=990.0)))
     assert {(again[0].id, again[0].since_s)}.isdisjoint(ids)
 
 
@@ -75,11 +75,11 @@ def test_a_lost_ship_raises_none_but_keeps_hers_while_she_is_shown():
 def test_new_limits_hold_at_once():
     alarms = AlarmList(LIMITS)
     seen = frame(400.0, Other(east_m=1500.0))
-    assert alarms.see(seen) == []
-    alarms.limits = Limits(dcpa_m=2000.0, tcpa_s=300.0)
-    assert len(alarms.see(seen)) == 1
-    alarms.limits = Limits(dcpa_m=500.0, tcpa_s=300.0)
-    assert alarms.see(seen) == []
+    assert alarms.update(seen) == []
+    alarms.limits = SetLimits(dcpa_m=2000.0, tcpa_s=300.0)
+    assert len(alarms.update(seen)) == 1
+    alarms.limits = SetLimits(dcpa_m=500.0, tcpa_s=300.0)
+    assert alarms.update(seen) == []
 
 
 def test_what_the_pilot_thinks_changes_no_alarm():
@@ -89,13 +89,13 @@ def test_what_the_pilot_thinks_changes_no_alarm():
     lists = []
     for opinion in (calm, afraid):
         targets = [msgspec.structs.replace(t, **opinion) for t in plain.targets]
-        lists.append(AlarmList(LIMITS).see(msgspec.structs.replace(plain, targets=targets)))
+        lists.append(AlarmList(LIMITS).update(msgspec.structs.replace(plain, targets=targets)))
     assert lists[0] == lists[1]
     assert len(lists[0]) == 1
 
 
 @pytest.mark.parametrize("field", ["dcpa_m", "tcpa_s"])
 def test_the_cause_says_the_value_and_the_limit(field):
-    (alarm,) = AlarmList(LIMITS).see(frame(400.0, Other(east_m=500.0)))
+    (alarm,) = AlarmList(LIMITS).update(frame(400.0, Other(east_m=500.0)))
     assert alarm.cause == "CPA 0.27 NM in 3.3 min; limits 0.54 NM and 5 min"
     assert getattr(alarm, field) == pytest.approx({"dcpa_m": 500.0, "tcpa_s": 200.0}[field])

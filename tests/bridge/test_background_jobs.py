@@ -10,14 +10,15 @@ import pytest
 from tests.bridge.test_live_session import Made
 
 from glasshelm.ais.reports import Feed
-from glasshelm.bridge.server import session_hub as conductor_module
-from glasshelm.bridge.server.background_jobs import Preparing
-from glasshelm.bridge.server.request_queue import MOST_REQUESTS
+from glasshelm.bridge.server import session_hub
+from glasshelm.bridge.server.background_jobs import BackgroundJobs
+from glasshelm.bridge.server.protocol import Open
+from glasshelm.bridge.server.request_queue import MAX_REQUESTS
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
-from glasshelm.bridge.sessions.live_session import LiveSession, _alone
+from glasshelm.bridge.sessions.live_session import LiveSession, _lone_ship
 from glasshelm.bridge.sessions.log_index import LogIndex
-from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.session_factory import prepare_session
 from glasshelm.bridge.sessions.simulated_session import SimulatedSession
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
@@ -33,43 +34,43 @@ SOON_S = 300.0
 class Viewer:
     """A viewer without a socket."""
 
-    def __init__(self, conductor: SessionHub):
-        self.outbox, self._conductor = ViewerQueue(), conductor
+    def __init__(self, hub: SessionHub):
+        self.outbox, self._conductor = ViewerQueue(), hub
 
     async def join(self) -> "Viewer":
         await asyncio.wait_for(self._conductor.join(self.outbox), SOON_S)
         return self
 
     async def ask(self, type: str, **fields) -> None:
-        heard = self._conductor.heard(self.outbox, json.dumps({"type": type, **fields}))
+        heard = self._conductor.handle_message(self.outbox, json.dumps({"type": type, **fields}))
         await asyncio.wait_for(heard, SOON_S)
 
     async def next(self, kind: str) -> dict:
         while True:
-            message = json.loads(await asyncio.wait_for(self.outbox.next(), SOON_S))
+            message = json.loads(await asyncio.wait_for(self.outbox.get(), SOON_S))
             if message["type"] == kind:
                 return message
 
 
 @contextlib.asynccontextmanager
 async def playing(folder, source="imazu:1"):
-    """A conductor that plays, its clock, and one viewer."""
+    """A hub that plays, its clock, and one viewer."""
     catalogue = SourceList(LogIndex(folder))
-    conductor = SessionHub(catalogue, folder)
-    await conductor.show(prepared(catalogue, folder, source, "straight", "paper", None, None))
-    clock = asyncio.create_task(conductor.keep_time())
+    hub = SessionHub(catalogue, folder)
+    await hub.show(prepare_session(Open(source, "straight", "paper"), catalogue, folder))
+    clock = asyncio.create_task(hub.player.play())
     try:
-        yield conductor, await Viewer(conductor).join()
+        yield hub, await Viewer(hub).join()
     finally:
         clock.cancel()
-        conductor.close()
+        hub.close()
 
 
 @pytest.fixture
 def held(monkeypatch):
     """Opening and getting a pilot ready take until this is set, as a compiler might."""
     begun, go_on = threading.Event(), threading.Event()
-    opened = conductor_module.opened
+    opened = session_hub.open_session
 
     def slowly(*args):
         begun.set()
@@ -80,8 +81,8 @@ def held(monkeypatch):
         begun.set()
         assert go_on.wait(4 * SOON_S)
 
-    monkeypatch.setattr(conductor_module, "opened", slowly)
-    monkeypatch.setattr(SimulatedSession, "ready", ready)
+    monkeypatch.setattr(session_hub, "open_session", slowly)
+    monkeypatch.setattr(SimulatedSession, "warm_up", ready)
     yield begun, go_on
     go_on.set()
 
@@ -98,18 +99,18 @@ def test_what_is_shown_goes_on_while_something_is_prepared(tmp_path, held, asked
     begun, go_on = held
 
     async def look_on():
-        async with playing(tmp_path) as (conductor, first):
+        async with playing(tmp_path) as (hub, first):
             await first.ask("limits", dcpa_m=50_000, tcpa_s=3600)
             while not (alarms := (await first.next("alarms"))["alarms"]):
                 pass
             await first.ask("rate", rate=10)
-            second = await Viewer(conductor).join()
+            second = await Viewer(hub).join()
             await second.ask(**asked)
             await asyncio.to_thread(begun.wait, SOON_S)
             try:
                 # Frames come to both; she who asked is answered, and may act on an alarm.
                 for viewer in (first, second):
-                    assert (await viewer.next("preparing"))["what"]
+                    assert (await viewer.next("preparing"))["task"]
                     times = [(await viewer.next("frame"))["frame"]["time_s"] for _ in range(3)]
                     assert times == sorted(set(times))
                 await second.ask("ping")
@@ -117,18 +118,18 @@ def test_what_is_shown_goes_on_while_something_is_prepared(tmp_path, held, asked
                 await second.ask("acknowledge", id=alarms[0]["id"])
                 while (await first.next("alarms"))["alarms"][0]["state"] != "acknowledged":
                     pass
-                late = await Viewer(conductor).join()
+                late = await Viewer(hub).join()
                 assert (await late.next("session"))["source"] == "imazu:1"
                 assert (await late.next("frame"))["frame"]["pilot"] == "straight"
                 # What she asks after it is done after it.
                 await second.ask("rate", rate=7)
             finally:
                 go_on.set()
-            while (await first.next("preparing"))["what"]:
+            while (await first.next("preparing"))["task"]:
                 pass
-            while conductor._requests:
+            while hub._requests:
                 await asyncio.sleep(0.01)
-            return json.loads(conductor._session_now(conductor._there()))
+            return json.loads(hub.player.session_message(hub.player.require_presenter()).data)
 
     session = asyncio.run(look_on())
     expected = {
@@ -146,31 +147,31 @@ def test_who_comes_before_the_first_session_is_answered_and_has_her_requests_don
 
     async def come_early():
         catalogue = SourceList(LogIndex(tmp_path))
-        conductor = SessionHub(catalogue, tmp_path)
-        begin = prepared(catalogue, tmp_path, "imazu:1", "straight", "paper", None, None)
+        hub = SessionHub(catalogue, tmp_path)
+        begin = prepare_session(Open("imazu:1", "straight", "paper"), catalogue, tmp_path)
 
         def slowly():
             assert go_on.wait(4 * SOON_S)
             return begin()
 
-        showing = asyncio.create_task(conductor.show(slowly))
+        showing = asyncio.create_task(hub.show(slowly))
         try:
-            viewer = await Viewer(conductor).join()
-            assert (await viewer.next("preparing"))["what"]
+            viewer = await Viewer(hub).join()
+            assert (await viewer.next("preparing"))["task"]
             await viewer.ask("limits", dcpa_m=100.0, tcpa_s=60.0)
             await viewer.ask("pause")
             await viewer.ask("ping")
             await viewer.next("pong")
             go_on.set()
             await viewer.next("frame")
-            while conductor._requests:
+            while hub._requests:
                 await asyncio.sleep(0.01)
             await showing
-            assert not conductor._playing
-            assert (conductor._limits.dcpa_m, conductor.failed) == (100.0, 0)
+            assert not hub.player.playing
+            assert (hub.player.limits.dcpa_m, hub.n_failed) == (100.0, 0)
         finally:
             go_on.set()
-            conductor.close()
+            hub.close()
 
     asyncio.run(come_early())
 
@@ -179,21 +180,21 @@ def test_of_a_flood_of_requests_none_is_lost_and_few_wait(tmp_path, held):
     begun, go_on = held
 
     async def flood():
-        async with playing(tmp_path) as (conductor, viewer):
+        async with playing(tmp_path) as (hub, viewer):
             await viewer.ask(**ASKED[0])
-            for k in range(MOST_REQUESTS - 1):
+            for k in range(MAX_REQUESTS - 1):
                 await viewer.ask("rate", rate=1 + k)
             text = json.dumps({"type": "rate", "rate": 60})
-            one_more = asyncio.create_task(conductor.heard(viewer.outbox, text))
+            one_more = asyncio.create_task(hub.handle_message(viewer.outbox, text))
             await asyncio.to_thread(begun.wait, SOON_S)
             await asyncio.sleep(0.1)
             assert not one_more.done(), "she is not read until there is room"
-            assert len(conductor._requests) == MOST_REQUESTS
+            assert len(hub._requests) == MAX_REQUESTS
             go_on.set()
             await asyncio.wait_for(one_more, SOON_S)
-            while conductor._requests:
+            while hub._requests:
                 await asyncio.sleep(0.01)
-            assert (conductor._rate, conductor.failed) == (60, 0)
+            assert (hub.player.rate, hub.n_failed) == (60, 0)
 
     asyncio.run(flood())
 
@@ -214,16 +215,16 @@ class Counting(StraightPilot):
 def test_a_pilot_that_is_ready_needs_no_compiler_when_it_takes_over(tmp_path):
     scenario = scenario_from("imazu:5", ship_named("paper"))
     session = SimulatedSession(scenario, StraightPilot(), "paper", False, tmp_path)
-    session.forward()
+    session.next_frame()
     pilot = Counting([])
-    session.ready(pilot)
+    session.warm_up(pilot)
     made = len(pilot.traced)
     assert made > 0
-    session.hand_over(pilot)
-    session.forward()
-    session.predicted()
+    session.set_pilot(pilot)
+    session.next_frame()
+    session.predicted_track()
     session.compare(pilot)
-    session.forward()
+    session.next_frame()
     assert len(pilot.traced) == made
     session.close()
 
@@ -235,13 +236,13 @@ def test_live_traffic_needs_no_compiler_either(tmp_path):
         "tcp://made:1", feed, TrafficPicture("made"), StraightPilot(), "paper", tmp_path
     )
     pilot = Counting([])
-    session.ready(pilot)
+    session.warm_up(pilot)
     made = len(pilot.traced)
     assert made > 0
-    session.hand_over(pilot)
-    session._helm.watch.look(_alone(ship_named("paper")), 0.0)
-    session._helm.watch.look(_alone(ship_named("paper")), 5.0)
-    session.predicted()
+    session.set_pilot(pilot)
+    session._main.advisor.look(_lone_ship(ship_named("paper")), 0.0)
+    session._main.advisor.look(_lone_ship(ship_named("paper")), 5.0)
+    session.predicted_track()
     assert len(pilot.traced) == made
     session.close()
 
@@ -260,7 +261,7 @@ def test_minutes_cut_recorded_traffic_and_nothing_else(tmp_path):
 def test_who_joins_waits_for_no_log_and_nobody_waits_for_her(tmp_path, monkeypatch):
     """Logs are read to list them while frames go on, and she who joins gets what is then."""
     reading, go_on = threading.Event(), threading.Event()
-    really = LogIndex.cards
+    really = LogIndex.entries
 
     def cards(shelf):
         reading.set()
@@ -268,11 +269,11 @@ def test_who_joins_waits_for_no_log_and_nobody_waits_for_her(tmp_path, monkeypat
         return really(shelf)
 
     async def watch():
-        async with playing(tmp_path) as (conductor, viewer):
+        async with playing(tmp_path) as (hub, viewer):
             await viewer.ask("rate", rate=60)
             with monkeypatch.context() as slow:
-                slow.setattr(LogIndex, "cards", cards)
-                joining = asyncio.create_task(Viewer(conductor).join())
+                slow.setattr(LogIndex, "entries", cards)
+                joining = asyncio.create_task(Viewer(hub).join())
                 await asyncio.to_thread(reading.wait, SOON_S)
                 for _ in range(3):
                     await viewer.next("frame")
@@ -290,17 +291,17 @@ def test_who_joins_waits_for_no_log_and_nobody_waits_for_her(tmp_path, monkeypat
 
 def test_how_far_a_log_was_read_is_told_to_all(tmp_path, monkeypatch):
     told = []
-    preparing = Preparing(told.extend)
+    preparing = BackgroundJobs(told.extend)
 
     async def read():
-        async with preparing.of("a.jsonl"):
-            await preparing.done(lambda: preparing.share(0.25))
+        async with preparing.announce("a.jsonl"):
+            await preparing.run(lambda: preparing.report_progress(0.25))
             await asyncio.sleep(0)
-            assert json.loads(preparing.told[0][1])["what"] == "a.jsonl (25%)"
-        preparing.share(0.5)  # too late
+            assert json.loads(preparing.snapshot[0][1])["task"] == "a.jsonl (25%)"
+        preparing.report_progress(0.5)  # too late
         await asyncio.sleep(0)
 
     asyncio.run(read())
     preparing.close()
-    whats = [json.loads(message)["what"] for _, message in told]
+    whats = [json.loads(message)["task"] for _, message in told]
     assert whats == ["a.jsonl", "a.jsonl (25%)", None]

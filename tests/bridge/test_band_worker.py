@@ -12,8 +12,8 @@ from tests.bridge.test_server import Page, page
 from tests.clock import clock, now_s, run
 
 from glasshelm.bridge.annotate import band_worker
-from glasshelm.bridge.annotate.band_worker import SHARE, Bands, told
-from glasshelm.bridge.server.protocol import Banded
+from glasshelm.bridge.annotate.band_worker import CPU_SHARE, BandWorker, band_message
+from glasshelm.bridge.server.protocol import BandMessage, Open
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.certify.logged_measurements import MAX_CELLS
@@ -32,7 +32,7 @@ class Computing:
         self.takes_s, self.asked, self.busy_s = takes_s, [], 0.0
         self._busy = False
 
-    async def __call__(self, frames, named, errors, cells) -> Banded:
+    async def __call__(self, frames, named, errors, cells) -> BandMessage:
         assert not self._busy, "one at a time"
         self._busy = True
         self.asked.append((frames[-1].time_s, cells))
@@ -41,14 +41,14 @@ class Computing:
         self.busy_s += now_s() - begun_s
         self._busy = False
         band = BAND if cells else None
-        return Banded(frames[-1].time_s, frames[-1].pilot, 0.0, band, "", "")
+        return BandMessage(frames[-1].time_s, frames[-1].pilot, 0.0, band, "", "")
 
 
 @pytest.fixture
 def computing(monkeypatch):
     def begin(takes_s: float) -> Computing:
         one = Computing(takes_s)
-        monkeypatch.setattr(band_worker, "told", one)
+        monkeypatch.setattr(band_worker, "band_message", one)
         monkeypatch.setattr(band_worker, "time", clock)
         return one
 
@@ -61,7 +61,7 @@ def shown(every_s: float, count: int, then_s: float = 0.0, stands_s: float | Non
 
     async def play() -> None:
         now = 0.0
-        beside = Bands(
+        beside = BandWorker(
             ERRORS,
             pilot_named,
             lambda told: heard.extend((now, json.loads(message)) for _, message in told),
@@ -69,7 +69,7 @@ def shown(every_s: float, count: int, then_s: float = 0.0, stands_s: float | Non
         task = asyncio.create_task(beside.run())
         for k in range(count):
             now = 5.0 * k
-            beside.want([frame(now)], every_s if stands_s is None else stands_s)
+            beside.request([frame(now)], every_s if stands_s is None else stands_s)
             await asyncio.sleep(every_s)
         await asyncio.sleep(then_s)
         task.cancel()
@@ -99,7 +99,7 @@ def test_work_is_bounded_however_fast_frames_come(computing):
     work = computing(0.02)
     shown(0.01, 200, stands_s=math.inf)
     assert len(work.asked) < 20
-    assert 0 < work.busy_s < 1.6 * SHARE * 200 * 0.01
+    assert 0 < work.busy_s < 1.6 * CPU_SHARE * 200 * 0.01
 
 
 @pytest.mark.parametrize(
@@ -116,11 +116,11 @@ def test_a_machine_that_was_busy_is_tried_again(computing):
     work = computing(0.001)
 
     async def play() -> None:
-        beside = Bands(ERRORS, pilot_named, lambda told: None)
+        beside = BandWorker(ERRORS, pilot_named, lambda told: None)
         beside._batch_s.extend([1.5] * 5)  # too long for frames of 5 s
         task = asyncio.create_task(beside.run())
         for k in range(100):
-            beside.want([frame(5.0 * k)], 5.0)
+            beside.request([frame(5.0 * k)], 5.0)
             await asyncio.sleep(0.01)
         task.cancel()
         beside.close()
@@ -134,9 +134,9 @@ def test_without_errors_nothing_is_told(computing):
     work = computing(0.0)
 
     async def play() -> None:
-        beside = Bands(None, pilot_named, lambda told: None)
+        beside = BandWorker(None, pilot_named, lambda told: None)
         task = asyncio.create_task(beside.run())
-        beside.want([frame(0)], math.inf)
+        beside.request([frame(0)], math.inf)
         await asyncio.sleep(60)
         task.cancel()
         beside.close()
@@ -149,7 +149,7 @@ def test_a_logged_band_is_told_as_it_was_logged():
     logged = msgspec.structs.replace(
         frame(0, Other()), decision=f.Decision(0.015), band=BAND, pilot="nobody-knows"
     )
-    message = told([logged], pilot_named, parse_error_bounds("99,9,9"), MAX_CELLS)
+    message = band_message([logged], pilot_named, parse_error_bounds("99,9,9"), MAX_CELLS)
     assert message.band == BAND
     assert message.short == "certain: to starboard"
     assert "within 10 m" in message.full
@@ -163,7 +163,7 @@ def test_who_cannot_be_certified_has_no_band_and_the_reason_is_told(pilot, why):
     named = pilot_named(pilot)
     weights = getattr(named, "weights_sha256", None)
     one = msgspec.structs.replace(frame(0), pilot=pilot, weights_sha256=weights)
-    message = told([one], pilot_named, ERRORS, MAX_CELLS)
+    message = band_message([one], pilot_named, ERRORS, MAX_CELLS)
     assert message.band is None
     assert message.short == ""
     assert message.full.startswith("no certified band: ")
@@ -187,14 +187,14 @@ def test_the_bridge_tells_the_band_of_the_frame_shown(tmp_path):
     from starlette.testclient import TestClient
 
     from glasshelm.bridge.server.access_control import AccessControl
-    from glasshelm.bridge.server.app import application
+    from glasshelm.bridge.server.app import create_app
     from glasshelm.bridge.server.session_hub import SessionHub
-    from glasshelm.bridge.sessions.session_factory import prepared
+    from glasshelm.bridge.sessions.session_factory import prepare_session
 
     catalogue = SourceList(LogIndex(tmp_path))
-    first = prepared(catalogue, tmp_path, "random:35", "paper-sum", "paper", None, None)
-    conductor = SessionHub(catalogue, tmp_path, errors=ERRORS)
-    app = application(conductor, AccessControl("127.0.0.1", None), first)
+    first = prepare_session(Open("random:35", "paper-sum", "paper"), catalogue, tmp_path)
+    hub = SessionHub(catalogue, tmp_path, errors=ERRORS)
+    app = create_app(hub, AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:
         viewer.until("alarms").ask("pause").until("session")
         for time_s in (0.0, 300.0, 60.0):
@@ -224,19 +224,19 @@ def test_a_band_that_fails_is_told_and_the_next_one_is_computed(monkeypatch):
     def computed(frames, named, errors, cells):
         if failing:
             raise ZeroDivisionError("/home/somebody/band.py")
-        return band_worker.banded(frames[-1])
+        return band_worker.to_message(frames[-1])
 
-    monkeypatch.setattr(band_worker, "told", computed)
+    monkeypatch.setattr(band_worker, "band_message", computed)
     frames = [frame(0.0), frame(5.0)]
 
     async def watch():
-        computer = Bands(ERRORS, pilot_named, made.extend)
+        computer = BandWorker(ERRORS, pilot_named, made.extend)
         task = asyncio.create_task(computer.run())
-        computer.want(frames[:1], 100.0)
+        computer.request(frames[:1], 100.0)
         while not made:
             await asyncio.sleep(0.01)
         failing.clear()
-        computer.want(frames, 100.0)
+        computer.request(frames, 100.0)
         while len(made) < 2:
             await asyncio.sleep(0.01)
         task.cancel()

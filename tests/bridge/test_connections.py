@@ -18,12 +18,13 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from glasshelm.bridge.server import connections, quiet_logging
 from glasshelm.bridge.server.access_control import AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.connections import Connections, Room
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.connections import ConnectionLimits, PendingConnections
+from glasshelm.bridge.server.protocol import Outgoing
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 
 #: No client may hold the others up for longer [s]; without bounds it was seconds.
@@ -34,19 +35,19 @@ CONT = 0
 @pytest.fixture
 def small(tmp_path) -> Iterator[tuple[uvicorn.Server, int]]:
     """A server with room for few, which shows a log of ten minutes."""
-    record = SessionLog(tmp_path / "ten.jsonl", fresh=True)
+    record = FileLog(tmp_path / "ten.jsonl", fresh=True)
     for k in range(120):
         record.append(frame(5 * k))
     record.close()
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(
-        conductor,
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(
+        hub,
         AccessControl("127.0.0.1", None),
-        lambda: ReplaySession(SessionLog(record.path, fresh=False)),
+        lambda: ReplaySession(FileLog(record.path, fresh=False)),
         static=tmp_path / "static",
-        most_viewers=5,
+        max_viewers=5,
     )
-    with served(app, Room(viewers=5, waiting=8, backlog=4)) as server:
+    with served(app, ConnectionLimits(viewers=5, pending=8, backlog=4)) as server:
         yield server
 
 
@@ -95,7 +96,7 @@ WITHOUT_A_REQUEST = {
 
 @pytest.mark.parametrize("sent", WITHOUT_A_REQUEST.values(), ids=WITHOUT_A_REQUEST)
 def test_who_asks_for_nothing_is_closed(small, monkeypatch, sent):
-    monkeypatch.setattr(connections, "HEADER_S", 1.0)
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT_S", 1.0)
     _, port = small
     with connected(port) as one:
         one.sendall(sent)
@@ -103,7 +104,7 @@ def test_who_asks_for_nothing_is_closed(small, monkeypatch, sent):
 
 
 def test_who_drips_a_header_is_closed_at_the_deadline(small, monkeypatch):
-    monkeypatch.setattr(connections, "HEADER_S", 1.5)
+    monkeypatch.setattr(connections, "REQUEST_TIMEOUT_S", 1.5)
     _, port = small
     with connected(port) as one:
         one.sendall(b"GET / HTTP/1.1\r\n")
@@ -116,12 +117,12 @@ def test_who_drips_a_header_is_closed_at_the_deadline(small, monkeypatch):
 
 
 def test_an_answer_that_is_not_taken_is_given_up(tmp_path, monkeypatch):
-    monkeypatch.setattr(connections, "ANSWER_S", 1.0)
+    monkeypatch.setattr(connections, "RESPONSE_TIMEOUT_S", 1.0)
     static = tmp_path / "static"
     static.mkdir()
     (static / "large.js").write_bytes(b"x" * 30_000_000)
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(conductor, AccessControl("127.0.0.1", None), static=static)
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(hub, AccessControl("127.0.0.1", None), static=static)
     with served(app) as (server, port), connected(port) as one:
         one.sendall(f"GET /large.js HTTP/1.1\r\n{HOST}\r\n".encode())
         assert _becomes(lambda: len(server.server_state.connections), 1)
@@ -151,7 +152,7 @@ class _Transport(asyncio.Transport):
 
 def test_who_floods_crowds_out_himself():
     async def come() -> tuple[list[_Transport], list[_Transport]]:
-        waiting = Connections(10)
+        waiting = PendingConnections(10)
         others = [_Transport(f"10.0.0.{k}") for k in range(5)]
         flood = [_Transport("10.9.9.9") for _ in range(100)]
         for one in (*others, *flood):
@@ -168,10 +169,10 @@ def test_who_floods_crowds_out_himself():
 
 def test_there_is_room_only_for_so_many_as_files_can_be_opened():
     for files in (*range(2000), 65_536, 2**31):
-        room = Room.for_files(files)
-        assert min(room.viewers, room.waiting, room.backlog) >= 1
+        room = ConnectionLimits.for_files(files)
+        assert min(room.viewers, room.pending, room.backlog) >= 1
         if files >= 128:
-            assert 64 + room.viewers + room.waiting + 4 * room.backlog <= files
+            assert 64 + room.viewers + room.pending + 4 * room.backlog <= files
         if files >= 512:
             assert room.viewers == 100
 
@@ -225,22 +226,22 @@ def test_a_message_in_many_fragments_closes_the_socket_with_words(small):
 
 
 def test_a_viewer_who_takes_nothing_is_dropped(tmp_path, monkeypatch):
-    monkeypatch.setattr(connections, "STALL_S", 1.0)
-    monkeypatch.setattr(connections, "LOOK_S", 0.2)
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(conductor, AccessControl("127.0.0.1", None), static=tmp_path)
+    monkeypatch.setattr(connections, "STALL_TIMEOUT_S", 1.0)
+    monkeypatch.setattr(connections, "STALL_CHECK_S", 0.2)
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(hub, AccessControl("127.0.0.1", None), static=tmp_path)
     with served(app) as (server, port), upgraded(port):
-        assert _becomes(lambda: len(conductor.viewers), 1)
-        (viewer,) = conductor.viewers
+        assert _becomes(lambda: len(hub.viewers), 1)
+        (viewer,) = hub.viewers
         (one,) = server.server_state.connections
         loop = one.loop
 
         def fill() -> None:
             for _ in range(8):
-                viewer.put("frame", b"x" * 2_000_000)
+                viewer.put(Outgoing("frame", b"x" * 2_000_000))
 
         loop.call_soon_threadsafe(fill)
-        assert _becomes(lambda: len(conductor.viewers), 0)
+        assert _becomes(lambda: len(hub.viewers), 0)
         assert _becomes(lambda: len(server.server_state.connections), 0)
 
 
@@ -259,7 +260,7 @@ FILES = 128
 def test_a_server_of_few_files_is_not_locked_by_hundreds_of_idle_connections(tmp_path):
     """Nor does its terminal fill; frames go on to who is there, and who comes gets in."""
     heard: list[str] = []
-    voyage = ("imazu:1", "--pilot", "straight", "--log", str(tmp_path))
+    voyage = ("imazu:1", "--pilot", "straight", "--log-dir", str(tmp_path))
     process, url = start(*voyage, heard=heard, files=FILES)
     host, port = url.removeprefix("ws://").removesuffix("/ws").split(":")
     over = threading.Event()
@@ -300,7 +301,7 @@ def test_a_server_of_few_files_is_not_locked_by_hundreds_of_idle_connections(tmp
 def test_lines_beyond_so_many_a_minute_are_left_out_and_counted(monkeypatch):
     now = [0.0]
     monkeypatch.setattr(quiet_logging.time, "monotonic", lambda: now[0])
-    few = quiet_logging.FewLines(3)
+    few = quiet_logging.RateLimitFilter(3)
 
     def said() -> list[str]:
         lines = []

@@ -14,14 +14,14 @@ from tests.broken_disk import BrokenDisk
 
 from glasshelm.bridge.annotate import frame_annotator
 from glasshelm.bridge.annotate.alarms import AlarmList
-from glasshelm.bridge.annotate.band_worker import Bands
-from glasshelm.bridge.server import fault_log as faults_module
-from glasshelm.bridge.server.fault_log import Faults, one_line, supervised
-from glasshelm.bridge.server.presenter import Stage
-from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.annotate.band_worker import BandWorker
+from glasshelm.bridge.server import fault_log
+from glasshelm.bridge.server.fault_log import FaultLog, describe_error, supervise
+from glasshelm.bridge.server.presenter import Presenter
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
-from glasshelm.bridge.sessions import live_record
+from glasshelm.bridge.sessions import live_log
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.source_list import SourceList
@@ -43,11 +43,11 @@ class Writer(SignalKWriter):
         self.stands = None
         self.last_error = None
 
-    def tell(self, frame, alarms):
+    def publish(self, frame, alarms):
         rudder = None if frame.decision is None else frame.decision.rudder_rad
         self.stands = rudder, [alarm.target for alarm in alarms]
 
-    def fall_silent(self):
+    def withdraw(self):
         self.stands = None
 
 
@@ -59,11 +59,11 @@ class Watched:
         self.live = LiveSession(
             "tcp://made:1", self.feed, self.picture, StraightPilot(), "paper", folder
         )
-        self.stage = Stage(self.live, Limits())
-        self.conductor = SessionHub(SourceList(LogIndex(folder)), folder, self.writer)
-        self.conductor._stage, self.conductor._playing = self.stage, True
+        self.presenter = Presenter(self.live, DEFAULT_ALARM_LIMITS)
+        self.hub = SessionHub(SourceList(LogIndex(folder)), folder, self.writer)
+        self.hub.player.presenter, self.hub.player.playing = self.presenter, True
         self.viewer = ViewerQueue()
-        self.conductor.viewers.add(self.viewer)
+        self.hub.viewers.add(self.viewer)
         self.time_s = 0.0
         self.frames: list[dict] = []
         self.alarms: list[dict] = []
@@ -78,10 +78,10 @@ class Watched:
         ]
         await self.live.listen()
         self.picture.time_s = self.time_s
-        await self.conductor._advance()
+        await self.hub.player.advance()
         shown = 0
         while len(self.viewer):
-            message = json.loads(await self.viewer.next())
+            message = json.loads(await self.viewer.get())
             if message["type"] == "frame":
                 shown += 1
                 self.frames.append(message["frame"])
@@ -94,8 +94,8 @@ class Watched:
         return shown
 
     @property
-    def troubles(self) -> list[str]:
-        return self.conductor.troubles
+    def faults(self) -> list[str]:
+        return self.hub.player.faults
 
     def logged(self, folder) -> list[dict]:
         """The frames of all logs, which can be read."""
@@ -105,7 +105,7 @@ class Watched:
         return frames
 
     def close(self) -> None:
-        self.conductor.close()
+        self.hub.close()
 
 
 @pytest.fixture
@@ -146,13 +146,13 @@ def test_every_call_of_the_log_fails_in_turn(watched, tmp_path, monkeypatch, cod
                 if "write" in disk.failed and count > 1:
                     line = f"the log cannot be written ({os.strerror(code)}): frames are shown"
                     assert one.notes[0].startswith(line)
-                    assert one.troubles[0].startswith(line)
+                    assert one.faults[0].startswith(line)
             some_failed = bool(disk.failed)
             names.update(disk.failed)
             disk.heal()
             for _ in range(2):
                 assert await one.look() == 1
-            assert one.troubles == []
+            assert one.faults == []
             assert not any("log" in note for note in one.notes)
             assert shown_times(one) == [5.0 * k for k in range(7)]
             return one.logged(folder), some_failed
@@ -181,7 +181,7 @@ def test_a_session_opens_without_a_log(watched, tmp_path, monkeypatch, code, cou
             failed = bool(disk.failed)
             disk.heal()
             assert await one.look() == 1
-            assert one.troubles == []
+            assert one.faults == []
             return failed, one.logged(folder)
 
         failed, logged = asyncio.run(voyage())
@@ -218,7 +218,7 @@ def test_what_was_removed_is_logged_again(watched, tmp_path, harm: Callable):
             assert "its folder is a file" in one.notes[0]
             folder.unlink()
         assert await one.look() == 1
-        assert one.troubles == []
+        assert one.faults == []
         return one.logged(folder)
 
     assert asyncio.run(voyage()) == [0.0, 5.0, 10.0, 15.0, 20.0]
@@ -237,7 +237,7 @@ def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, mo
         shown = sum([await one.look() for _ in range(8)])
         disk.heal()
         assert await one.look() == 1
-        assert one.troubles == []
+        assert one.faults == []
         return shown, shown_times(one)
 
     shown, times = asyncio.run(voyage())
@@ -250,7 +250,7 @@ def test_a_clock_that_jumps_back_while_no_log_can_be_begun(watched, tmp_path, mo
 
 
 def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path, monkeypatch):
-    monkeypatch.setattr(live_record, "HELD_FRAMES", 4)
+    monkeypatch.setattr(live_log, "MAX_HELD_FRAMES", 4)
     disk = BrokenDisk(monkeypatch, tmp_path)
 
     async def voyage():
@@ -261,30 +261,30 @@ def test_memory_is_bounded_and_what_it_could_not_hold_is_told(watched, tmp_path,
             assert await one.look() == 1
         disk.heal()
         assert await one.look() == 1
-        assert one.troubles == []
-        joined = one.stage.present()
+        assert one.faults == []
+        joined = one.presenter.snapshot()
         return one, joined
 
     one, joined = asyncio.run(voyage())
     assert one.logged(tmp_path) == [0.0, 15.0, 20.0, 25.0, 30.0, 35.0]
     assert one.notes[-1:] == ["2 frames were shown without being logged"]
-    assert len(one.live.record._held) == 4
+    assert len(one.live.log._held.lines) == 4
     history = json.loads(joined[0][1])["frames"]
     assert [frame["time_s"] for frame in history] == [5.0 * k for k in range(7)]
 
 
 PARTS = {
-    "the look": (Stage, "forward"),
+    "the look": (Presenter, "advance"),
     "the picture": (Clock, "scenario"),
     "the pilot": (LiveAdvisor, "look"),
     "the predicted track": (LiveAdvisor, "predicted"),
-    "the rules": (EncounterTracker, "update"),
-    "the sentence": (frame_annotator.Lookout, "_sentence"),
-    "the alarms": (AlarmList, "see"),
-    "the bands": (Bands, "want"),
-    "the session's message": (Stage, "session_now"),
-    "writing back": (Writer, "tell"),
-    "the log": (live_record.FrameLog, "add"),
+    "the rules": (EncounterTracker, "see"),
+    "the sentence": (frame_annotator.FrameAnnotator, "_sentence"),
+    "the alarms": (AlarmList, "update"),
+    "the bands": (BandWorker, "request"),
+    "the session's message": (Presenter, "session_message"),
+    "writing back": (Writer, "publish"),
+    "the log": (live_log.FrameLog, "append_line"),
 }
 NO_FRAME = {"the look", "the picture"}
 WITHDRAWN = NO_FRAME | {"the alarms", "writing back"}
@@ -304,7 +304,7 @@ def test_every_part_of_a_look_fails_in_turn(watched, tmp_path, monkeypatch, part
     really = getattr(where, name)
 
     def fails(self, *args, **more):
-        if part == "the pilot" and self is not one.live._helm.watch:
+        if part == "the pilot" and self is not one.live._main.advisor:
             return really(self, *args, **more)
         raise error
 
@@ -314,26 +314,26 @@ def test_every_part_of_a_look_fails_in_turn(watched, tmp_path, monkeypatch, part
         for _ in range(2):
             assert await one.look() == 1
         assert one.writer.stands == (0.0, ["230000002"])
-        assert one.troubles == []
+        assert one.faults == []
         notes = one.notes
         with monkeypatch.context() as broken:
             broken.setattr(where, name, fails)
-            one.stage._predicted_at = -1e9
+            one.presenter._predicted_at = -1e9
             for _ in range(2):
                 shown = await one.look()
                 assert shown == (0 if part in NO_FRAME else 1)
-                (why,) = one.troubles
+                (why,) = one.faults
                 assert "\n" not in why
                 assert "/home" not in why
                 assert part == "the session's message" or why in one.notes
                 rudder = None if part == "the pilot" else 0.0
                 stands = None if part in WITHDRAWN else (rudder, ["230000002"])
                 assert one.writer.stands == stands
-                assert one.conductor._playing
-        one.stage._predicted_at = -1e9
+                assert one.hub.player.playing
+        one.presenter._predicted_at = -1e9
         for _ in range(2):
             assert await one.look() == 1
-        assert one.troubles == []
+        assert one.faults == []
         assert one.notes == notes
         assert one.writer.stands == (0.0, ["230000002"])
         assert one.alarms[0]["target"] == "230000002"
@@ -356,7 +356,7 @@ def test_a_thread_cannot_end_the_loop(watched, tmp_path, monkeypatch, error):
 
     async def voyage():
         with monkeypatch.context() as broken:
-            broken.setattr(Stage, "forward", fails)
+            broken.setattr(Presenter, "advance", fails)
             assert await asyncio.wait_for(one.look(), 60) == 0
         assert await one.look() == 1
 
@@ -372,8 +372,8 @@ def test_who_joins_while_the_disk_fails_gets_everything(watched, tmp_path, monke
             await one.look()
         disk.fail(1, 100_000)
         viewer = ViewerQueue()
-        await one.conductor.join(viewer)
-        messages = [json.loads(await viewer.next()) for _ in range(len(viewer))]
+        await one.hub.join(viewer)
+        messages = [json.loads(await viewer.get()) for _ in range(len(viewer))]
         return {message["type"]: message for message in messages}
 
     told = asyncio.run(voyage())
@@ -385,11 +385,11 @@ def test_who_joins_while_the_disk_fails_gets_everything(watched, tmp_path, monke
 @pytest.fixture
 def impatient(monkeypatch):
     monkeypatch.setattr(Backoff, "FIRST_S", 0.01)
-    monkeypatch.setattr(faults_module, "HEALED_S", 0.1)
+    monkeypatch.setattr(fault_log, "RECOVERED_S", 0.1)
 
 
 def test_what_runs_for_ever_is_begun_again_and_told_until_it_is_well(impatient):
-    faults, begun, told = Faults(), [], []
+    faults, begun, told = FaultLog(), [], []
 
     async def run():
         begun.append(1)
@@ -398,24 +398,24 @@ def test_what_runs_for_ever_is_begun_again_and_told_until_it_is_well(impatient):
         await asyncio.sleep(3600)
 
     async def watch():
-        task = asyncio.create_task(supervised("keeping time", run, faults, told.append))
+        task = asyncio.create_task(supervise("keeping time", run, faults, told.append))
         while len(begun) < 4:
             await asyncio.sleep(0.01)
-            assert len(begun) in (0, 4) or faults.told
+            assert len(begun) in (0, 4) or faults.messages
         await asyncio.sleep(0.3)
-        assert faults.told == []
+        assert faults.messages == []
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
         assert task.cancelled()
 
     asyncio.run(watch())
-    assert told == ["keeping time failed (ZeroDivisionError: else.py): it is tried again"]
+    assert told == ["keeping time failed (ZeroDivisionError: else.py): retrying"]
 
 
-@pytest.mark.parametrize("what", ["keep_time", "bands", "writer"])
+@pytest.mark.parametrize("what", ["play", "bands", "writer"])
 def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch, what):
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, Writer())
-    where = {"keep_time": conductor, "bands": conductor.bands, "writer": conductor.writer}[what]
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, Writer())
+    where = {"play": hub.player, "bands": hub.player.bands, "writer": hub.player.writer}[what]
     begun = []
 
     async def run():
@@ -430,23 +430,23 @@ def test_the_server_s_own_tasks_are_begun_again(impatient, tmp_path, monkeypatch
     async def nothing():
         pass
 
-    monkeypatch.setattr(conductor.writer, "run", idle)
-    monkeypatch.setattr(conductor.writer, "end", nothing)
-    monkeypatch.setattr(where, what if what == "keep_time" else "run", run)
+    monkeypatch.setattr(hub.player.writer, "run", idle)
+    monkeypatch.setattr(hub.player.writer, "close", nothing)
+    monkeypatch.setattr(where, what if what == "play" else "run", run)
 
     async def watch():
-        task = asyncio.create_task(conductor.run())
+        task = asyncio.create_task(hub.run())
         while len(begun) < 3:
             await asyncio.sleep(0.01)
         assert not task.done()
-        assert conductor.troubles
+        assert hub.player.faults
         await asyncio.sleep(0.3)
-        assert conductor.troubles == []
+        assert hub.player.faults == []
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
 
     asyncio.run(watch())
-    conductor.close()
+    hub.close()
 
 
 @pytest.mark.parametrize("error", [ValueError("odd"), InputError("the port is taken")])
@@ -464,13 +464,13 @@ def test_a_feed_that_fails_is_heard_again(impatient, watched, tmp_path, error):
     one.feed.reports = reports
 
     async def watch():
-        task = asyncio.create_task(one.conductor._listen(one.live))
-        while not one.live._waiting:
+        task = asyncio.create_task(one.hub.player.listen(one.live))
+        while not one.live._reports:
             await asyncio.sleep(0.01)
-            assert len(heard) in (0, 3) or one.troubles
+            assert len(heard) in (0, 3) or one.faults
         await asyncio.sleep(0.3)
-        one.live.forward()
-        assert one.troubles == []
+        one.live.next_frame()
+        assert one.faults == []
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
 
@@ -479,10 +479,10 @@ def test_a_feed_that_fails_is_heard_again(impatient, watched, tmp_path, error):
 
 
 def test_an_error_is_one_short_line_without_a_folder():
-    assert one_line(ValueError("a\n  b")) == "ValueError: a b"
-    assert one_line(OSError(errno.ENOSPC, "No space left on device", "/a/b")) == (
+    assert describe_error(ValueError("a\n  b")) == "ValueError: a b"
+    assert describe_error(OSError(errno.ENOSPC, "No space left on device", "/a/b")) == (
         "No space left on device"
     )
-    assert one_line(ValueError("C:\\Users\\me\\x.py")) == "ValueError: x.py"
-    assert len(one_line(ValueError("x" * 10_000))) == 200
-    assert one_line(MemoryError()) == "MemoryError"
+    assert describe_error(ValueError("C:\\Users\\me\\x.py")) == "ValueError: x.py"
+    assert len(describe_error(ValueError("x" * 10_000))) == 200
+    assert describe_error(MemoryError()) == "MemoryError"

@@ -9,14 +9,14 @@ import pytest
 from tests.bridge.frames import Other, frame
 from tests.broken_disk import BrokenDisk
 
-from glasshelm.bridge.server.presenter import Stage
-from glasshelm.bridge.server.protocol import Compare, Limits, Pilot, Play, Seek
+from glasshelm.bridge.server.presenter import Presenter
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS, Compare, Play, Seek, SetPilot
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
-from glasshelm.bridge.sessions import session_log as record_module
+from glasshelm.bridge.sessions import session_log
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import Past, SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog, RecentLines
 from glasshelm.bridge.sessions.simulated_session import SimulatedSession
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
@@ -35,22 +35,22 @@ class Played:
     """A session whose steps are taken one by one."""
 
     def __init__(self, folder, session):
-        self.session, self.stage = session, Stage(session, Limits())
-        self.conductor = SessionHub(SourceList(LogIndex(folder)), folder)
-        self.conductor._stage, self.conductor._playing = self.stage, True
+        self.session, self.presenter = session, Presenter(session, DEFAULT_ALARM_LIMITS)
+        self.hub = SessionHub(SourceList(LogIndex(folder)), folder)
+        self.hub.player.presenter, self.hub.player.playing = self.presenter, True
         self.viewer = ViewerQueue()
-        self.conductor.viewers.add(self.viewer)
+        self.hub.viewers.add(self.viewer)
         self.times: list[float] = []
         self.notices: list[str] = []
 
     async def step(self) -> None:
-        await self.conductor._advance()
+        await self.hub.player.advance()
         await self.hear()
 
     async def ask(self, asked) -> bool:
         """Whether it was done."""
         try:
-            await self.conductor.do(asked)
+            await self.hub.execute(asked)
         except InputError:
             return False
         await self.hear()
@@ -58,7 +58,7 @@ class Played:
 
     async def hear(self) -> None:
         while len(self.viewer):
-            message = json.loads(await self.viewer.next())
+            message = json.loads(await self.viewer.get())
             if message["type"] == "frame":
                 self.times.append(message["frame"]["time_s"])
             elif message["type"] == "history":
@@ -85,21 +85,21 @@ def test_play_goes_on_at_the_same_step_when_the_fault_is_gone(
             await played.step()
         failed = bool(disk.failed)
         disk.heal()
-        if not played.conductor._playing:
+        if not played.hub.player.playing:
             assert os.strerror(code) in played.notices[-1]
-            assert played.conductor.troubles == [played.notices[-1]]
+            assert played.hub.player.faults == [played.notices[-1]]
             await played.step()
             assert len(played.times) < 4, "paused is paused"
             assert await played.ask(Play())
         while len(played.times) < 5:
             await played.step()
-        assert played.conductor.troubles == []
+        assert played.hub.player.faults == []
         assert played.times == [5.0 * k for k in range(5)]
         logs = [
             [f.time_s for f in frame_log.read_log(log)] for log in sorted(folder.glob("*.jsonl"))
         ]
         assert logs == [played.times] * (1 + compared)
-        played.conductor.close()
+        played.hub.close()
         return failed
 
     first = 1
@@ -108,7 +108,7 @@ def test_play_goes_on_at_the_same_step_when_the_fault_is_gone(
     assert first > 3
 
 
-@pytest.mark.parametrize("asked", [Pilot("straight"), Compare("straight"), Seek(40.0)])
+@pytest.mark.parametrize("asked", [SetPilot("straight"), Compare("straight"), Seek(40.0)])
 def test_what_is_asked_on_a_failing_disk_is_refused_and_can_be_asked_again(
     tmp_path, monkeypatch, asked
 ):
@@ -129,10 +129,10 @@ def test_what_is_asked_on_a_failing_disk_is_refused_and_can_be_asked_again(
         assert await played.ask(Play())
         await played.step()
         assert played.times == [5.0 * k for k in range(int(at) // 5 + 2)]
-        assert played.conductor.troubles == []
-        read = [f.time_s for f in frame_log.read_log(played.session.record.path)]
+        assert played.hub.player.faults == []
+        read = [f.time_s for f in frame_log.read_log(played.session.log.path)]
         assert read == played.times
-        played.conductor.close()
+        played.hub.close()
         return failed
 
     first = 1
@@ -146,7 +146,7 @@ def test_a_log_removed_under_a_voyage_is_there_again_whole(tmp_path):
         played = Played(tmp_path, sailing(tmp_path))
         for _ in range(3):
             await played.step()
-        played.session.record.path.unlink()
+        played.session.log.path.unlink()
         await played.step()
         return played
 
@@ -154,7 +154,7 @@ def test_a_log_removed_under_a_voyage_is_there_again_whole(tmp_path):
     assert played.times == [0.0, 5.0, 10.0, 15.0]
     (log,) = tmp_path.glob("*.jsonl")
     assert [f.time_s for f in frame_log.read_log(log)] == played.times
-    played.conductor.close()
+    played.hub.close()
 
 
 def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
@@ -162,17 +162,17 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
     disk = BrokenDisk(monkeypatch, tmp_path, errno.EIO)
 
     async def voyage():
-        played = Played(tmp_path, ReplaySession(SessionLog(tmp_path / "a.jsonl", fresh=False)))
+        played = Played(tmp_path, ReplaySession(FileLog(tmp_path / "a.jsonl", fresh=False)))
         await played.step()
         disk.fail(1)
         await played.step()
         disk.heal()
-        assert not played.conductor._playing
+        assert not played.hub.player.playing
         assert played.notices == ["a.jsonl: cannot read the log (Input/output error)"]
         assert await played.ask(Play())
         for _ in range(5):
             await played.step()
-        played.conductor.close()
+        played.hub.close()
         return played.times
 
     assert asyncio.run(voyage()) == [5.0 * k for k in range(6)]
@@ -180,7 +180,7 @@ def test_a_replay_that_cannot_be_read_pauses_and_goes_on(tmp_path, monkeypatch):
 
 def test_a_log_that_shrank_is_told(tmp_path):
     frame_log.write_log(tmp_path / "a.jsonl", [frame(5 * k, Other()) for k in range(6)])
-    record = SessionLog(tmp_path / "a.jsonl", fresh=False)
+    record = FileLog(tmp_path / "a.jsonl", fresh=False)
     os.truncate(tmp_path / "a.jsonl", 100)
     with pytest.raises(InputError, match=r"a\.jsonl: cannot read the log \(it was cut off\)"):
         record.line(4)
@@ -193,30 +193,28 @@ def test_no_line_is_read_beyond_what_a_frame_may_have(tmp_path, monkeypatch, end
     frame_log.write_log(path, [frame(0.0)])
     with open(path, "ab") as file:
         file.write(b"x" * 20_000 + end)
-    for read in (lambda: SessionLog(path, fresh=False), lambda: list(frame_log.read_log(path))):
+    for read in (lambda: FileLog(path, fresh=False), lambda: list(frame_log.read_log(path))):
         with pytest.raises(InputError, match="line 2 is longer than any frame"):
             read()
 
 
 def test_how_far_a_log_was_read_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(record_module, "_TOLD_BYTES", 1000)
+    monkeypatch.setattr(session_log, "_PROGRESS_BYTES", 1000)
     path = tmp_path / "a.jsonl"
     frame_log.write_log(path, [frame(5 * k, Other()) for k in range(20)])
     shares: list[float] = []
-    SessionLog(path, False, shares.append)
+    FileLog(path, False, shares.append)
     assert shares == sorted(shares)
     assert len(shares) > 5
     assert 0.0 <= shares[0] < shares[-1] <= 1.0
 
 
-def test_what_was_is_bounded_in_frames_and_bytes(monkeypatch):
-    monkeypatch.setattr(record_module, "HISTORY_FRAMES", 3)
-    past = Past()
-    for k in range(5):
-        past.add(b"%d" % k)
-    assert past.lines == [b"2", b"3", b"4"]
-    monkeypatch.setattr(record_module, "HISTORY_BYTES", 5)
-    past.add(b"5")
-    assert past.lines == [b"4", b"5"]
-    past.fill([b"a", b"b" * 100])
-    assert past.lines == [b"b" * 100]
+def test_the_lines_in_memory_are_bounded_in_number_and_bytes():
+    recent = RecentLines([b"%d" % k for k in range(5)], max_lines=3)
+    assert list(recent.lines) == [b"2", b"3", b"4"]
+    recent = RecentLines(recent.lines, max_bytes=5)
+    assert list(recent.lines) == [b"3", b"4"]
+    recent.append(b"5")
+    recent.trim()
+    assert list(recent.lines) == [b"4", b"5"]
+    assert list(RecentLines([b"a", b"b" * 100], max_bytes=5).lines) == [b"b" * 100]

@@ -15,14 +15,16 @@ from tests.bridge.frames import frame
 from tests.bridge.process import PATIENCE_S, viewing
 from tests.bridge.serving import closed_within, connected, served, upgraded, ws_frame
 
-from glasshelm.bridge.server.access_control import COOKIE, AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.connections import Room
+from glasshelm.bridge.server.access_control import TOKEN_COOKIE, AccessControl
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.connections import ConnectionLimits
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.bridge.sessions.replay_session import ReplaySession
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
+
+pytestmark = pytest.mark.slow
 
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 
@@ -60,16 +62,16 @@ def bridge(tmp_path_factory) -> Iterator[Served]:
     static = folder / "static"
     static.mkdir()
     (static / "index.html").write_text("the page")
-    record = SessionLog(folder / "ten.jsonl", fresh=True)
+    record = FileLog(folder / "ten.jsonl", fresh=True)
     for k in range(20):
         record.append(frame(5 * k))
     record.close()
-    conductor = SessionHub(SourceList(LogIndex(folder)), folder)
+    hub = SessionHub(SourceList(LogIndex(folder)), folder)
     guard = AccessControl("127.0.0.1", OWNER, VIEWER)
-    app = application(
-        conductor, guard, lambda: ReplaySession(SessionLog(record.path, fresh=False)), static=static
+    app = create_app(
+        hub, guard, lambda: ReplaySession(FileLog(record.path, fresh=False)), static=static
     )
-    with served(app, Room()) as (_, port):
+    with served(app, ConnectionLimits()) as (_, port):
         server = Served(port)
 
         class Listening(logging.Handler):
@@ -99,7 +101,8 @@ value = st.one_of(
     odd,
     st.sampled_from(
         ["http://[::1", "http://[", "null", "http://127.0.0.1:1", "%ff%00", "[::1", "::1]", OWNER,
-         VIEWER, f"{COOKIE}={OWNER}", f"{COOKIE}={VIEWER}", f"{COOKIE}=\xff\xfe", "\x80", "chunked",
+         VIEWER, f"{TOKEN_COOKIE}={OWNER}",
+         f"{TOKEN_COOKIE}={VIEWER}", f"{TOKEN_COOKIE}=\xff\xfe", "\x80", "chunked",
          "websocket", "upgrade", "keep-alive, Upgrade", "999999999999999999999", "-1", "13", "0",
          "permessage-deflate; server_max_window_bits=99", "x" * 9000, "gzip", "bytes=0-,5-",
          "Mon, 99 Foo 2000", "W/\"x", "100-continue", "dGhlIHNhbXBsZSBub25jZQ=="]
@@ -125,7 +128,7 @@ method = st.sampled_from(
 @fuzzed
 @given(method, target, query, st.lists(header, max_size=8), st.binary(max_size=200), st.booleans())
 @example("GET", "/ws", f"?token={OWNER}", [("Origin", "http://[::1")], b"", True)
-@example("GET", "/", "?token=%ff%fe", [("Cookie", f"{COOKIE}=\xff\xfe")], b"", True)
+@example("GET", "/", "?token=%ff%fe", [("Cookie", f"{TOKEN_COOKIE}=\xff\xfe")], b"", True)
 @example("GET", "/", f"?token={OWNER}", [("Origin", "null"), ("Origin", "http://[")], b"", True)
 @example("POST", "/", "", [("Transfer-Encoding", "chunked")], b"zz\r\n\r\n", True)
 def test_any_request_is_answered_or_closed(bridge, method, target, query, headers, body, host):
@@ -158,7 +161,7 @@ def test_any_bytes_are_answered_or_closed(bridge, pieces):
 part = st.tuples(st.integers(0, 15), st.binary(max_size=200), st.booleans())
 spoken = st.sampled_from(
     [b'{"type":"ping"}', b'{"type":"seek","time_s":1e999}', b"[" * 5000, b'{"type":' * 3000,
-     b'{"type":"open","source":"\\ud800"}', b'{"type":"whatif","change":"kept"}', b"\xff",
+     b'{"type":"open","source":"\\ud800"}', b'{"type":"whatif","change":"keep_course"}', b"\xff",
      b'{"type":"play"}', b'{"type":"limits"}', b'{"type":"replay","log":"../x"}', b"\x03\xe8bye",
      b"\x00", b"x" * 70_000, b'{"type":"compare","name":"\\u0000"}', b'{"type":"rate","rate":5}',
      b"y" * 1_100_000]

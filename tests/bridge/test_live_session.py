@@ -9,8 +9,8 @@ import pytest
 
 from glasshelm.ais.limits import LOST_AFTER_S, LOST_SHOWN_S
 from glasshelm.ais.reports import Counts, Feed, RejectReason, Report
-from glasshelm.bridge.server.presenter import Stage
-from glasshelm.bridge.server.protocol import Limits
+from glasshelm.bridge.server.presenter import Presenter
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.live_session import LiveSession
 from glasshelm.bridge.sessions.log_index import LogIndex
@@ -80,7 +80,7 @@ def live(tmp_path):
             feed.given.append(report("230000002", time_s, 3000.0, TARGET_M_S))
         asyncio.run(session.listen())
         picture.time_s = time_s
-        return session.forward()
+        return session.next_frame()
 
     yield session, at
     session.close()
@@ -88,10 +88,10 @@ def live(tmp_path):
 
 def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
     session, at = live
-    assert session.forward() is None
-    assert session.card.notes == ("nothing heard yet",)
+    assert session.next_frame() is None
+    assert session.info.notes == ("nothing heard yet",)
     assert at(0.0, own=False) is None
-    assert "no position of own ship" in session.card.notes[0]
+    assert "no position of own ship" in session.info.notes[0]
     frames = [at(1.0 + 5.0 * k) for k in range(4)]
     assert [f.time_s for f in frames] == [0.0, 5.0, 10.0, 15.0]
     for k, one in enumerate(frames):
@@ -103,7 +103,7 @@ def test_frames_follow_the_traffic_and_say_how_old_it_is(live):
     assert [f.source for f in frames] == ["tcp://made:1"] * 4
     silent = [at(16.0 + 5.0 * k, target=False).targets[0] for k in range(1, 4)]
     assert [t.age_s for t in silent] == pytest.approx([5.0, 10.0, 15.0], abs=0.01)
-    assert session.heard_s == pytest.approx(0.0, abs=0.01)
+    assert session.status().last_report_age_s == pytest.approx(0.0, abs=0.01)
 
 
 def test_own_ship_s_rudder_is_in_the_frame_while_a_sensor_tells_it(live):
@@ -134,14 +134,14 @@ def test_everything_is_logged_and_a_clock_that_jumps_back_begins_a_new_log(live,
     session, at = live
     for k in range(3):
         at(7200.0 + 5.0 * k)
-    first = session.record.path
+    first = session.log.path
     assert len(first.read_text().splitlines()) == 3
     for k in range(5):  # it takes more than one report to believe another time
         at(5.0 * k)
-    assert session.record.path != first
-    times = list(session.record.times)
+    assert session.log.path != first
+    times = list(session.log.times)
     assert times == [5.0 * k for k in range(len(times))]
-    assert session.at == len(times) - 1 >= 2
+    assert session.index == len(times) - 1 >= 2
 
 
 class Writer(SignalKWriter):
@@ -150,30 +150,30 @@ class Writer(SignalKWriter):
     def __init__(self):
         self.asked: list[int | None] = []
 
-    def tell(self, frame, alarms):
+    def publish(self, frame, alarms):
         self.asked.append(len(frame.targets))
 
-    def fall_silent(self):
+    def withdraw(self):
         self.asked.append(None)
 
 
 def test_only_what_is_of_now_is_written_back(live, tmp_path):
     session, at = live
     writer = Writer()
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    stage = Stage(session, Limits())
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
+    presenter = Presenter(session, DEFAULT_ALARM_LIMITS)
     at(0.0)
-    stage.forward()
-    conductor._write_back(stage)
+    presenter.advance()
+    hub.player.write_back(presenter)
     session._picture.time_s = 31.0  # nothing was heard for so long
-    conductor._write_back(stage)
+    hub.player.write_back(presenter)
     at(35.0)
-    stage.forward()
-    conductor._write_back(stage)
+    presenter.advance()
+    hub.player.write_back(presenter)
     session._feed.connected = False
-    conductor._write_back(stage)
-    conductor._write_back(None)
-    conductor.close()
+    hub.player.write_back(presenter)
+    hub.player.write_back(None)
+    hub.close()
     assert writer.asked == [1, None, 1, None, None]
 
 
@@ -181,19 +181,19 @@ def test_own_ship_s_own_position_is_what_makes_it_live(live, tmp_path):
     """Her receiver fails; the others go on, and she is dead-reckoned."""
     session, at = live
     writer = Writer()
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    stage = Stage(session, Limits())
-    assert session.own_s is None
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
+    presenter = Presenter(session, DEFAULT_ALARM_LIMITS)
+    assert session.status().own_position_age_s is None
     at(0.0)
     at(30.0, own=False)
-    stage.forward()
-    conductor._write_back(stage)
+    presenter.advance()
+    hub.player.write_back(presenter)
     at(41.0, own=False)
-    stage.forward()
-    conductor._write_back(stage)
-    conductor.close()
-    said = json.loads(stage.session_now(True, 1.0))
-    assert (said["heard_s"], said["own_s"]) == (0.0, 41.0)
+    presenter.advance()
+    hub.player.write_back(presenter)
+    hub.close()
+    said = json.loads(presenter.session_message(True, 1.0).data)
+    assert (said["last_report_age_s"], said["own_position_age_s"]) == (0.0, 41.0)
     assert "own ship's position is 41 s old: dead-reckoned since" in said["notes"]
     assert writer.asked == [1, None]
 
@@ -209,23 +209,23 @@ def test_a_feed_that_ended_stays_in_the_notes(live):
     with pytest.raises(InputError):
         asyncio.run(session.listen())
     for _ in range(2):
-        session.forward()
-        assert session.card.notes[0] == "port 10110: cannot listen: address already in use"
+        session.next_frame()
+        assert session.info.notes[0] == "port 10110: cannot listen: address already in use"
 
 
 def test_what_was_of_no_use_is_told_in_one_sentence(live):
     session, at = live
     counts = session._feed.counts
     counts.received, counts.rejected[RejectReason.CHECKSUM] = 12, 12
-    session.forward()
+    session.next_frame()
     told = "heard 12 sentences: 0 used, 12 with a wrong checksum"
-    assert session.card.notes == ("no position heard yet", told)
+    assert session.info.notes == ("no position heard yet", told)
     counts.received, counts.accepted, counts.rejected[RejectReason.CHECKSUM] = 12, 9, 0
     counts.rejected[RejectReason.UNUSED_KIND] = 3
     at(0.0)
-    assert not any(note.startswith("heard") for note in session.card.notes), "a sound feed"
+    assert not any(note.startswith("heard") for note in session.info.notes), "a sound feed"
     session._picture.update(report("230000002", -7200.0, 0.0, TARGET_M_S))
-    assert session.counted == {
+    assert session.status().feed_counts == {
         "sentences": {"heard": 12, "used": 9, "refused": {RejectReason.UNUSED_KIND: 3}},
         "reports": {"heard": 3, "used": 2, "refused": {RejectReason.LATE: 1}},
     }
@@ -234,19 +234,19 @@ def test_what_was_of_no_use_is_told_in_one_sentence(live):
 def test_what_keeps_it_from_writing_back_is_in_the_notes_until_it_works(live, tmp_path):
     session, at = live
     writer = SignalKWriter(signalk_server("signalk://127.0.0.1:9", "secret"))
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
-    stage = Stage(session, Limits())
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path, writer)
+    presenter = Presenter(session, DEFAULT_ALARM_LIMITS)
     at(0.0)
 
     def notes():
-        return json.loads(conductor._session_now(stage))["notes"]
+        return json.loads(hub.player.session_message(presenter).data)["notes"]
 
     before = notes()
     writer.last_error = f"{writer.title}: refused with HTTP status 401"
     assert notes() == [writer.last_error, *before]
     writer.last_error = None
     assert notes() == before
-    conductor.close()
+    hub.close()
 
 
 class Flood(Made):
@@ -278,13 +278,13 @@ def test_a_flood_of_ships_starves_neither_the_picture_nor_the_event_loop(tmp_pat
         frames, turns = [], []
         await asyncio.sleep(0.3)
         for _ in range(8):
-            looking = asyncio.create_task(asyncio.to_thread(live.forward))
+            looking = asyncio.create_task(asyncio.to_thread(live.next_frame))
             while not looking.done():
                 begun = asyncio.get_running_loop().time()
                 await asyncio.sleep(0.01)
                 turns.append(asyncio.get_running_loop().time() - begun)
             frames.append(await looking)
-            assert len(live._waiting) <= MAX_OWN + MAX_OTHERS
+            assert len(live._reports) <= MAX_OWN + MAX_OTHERS
         listening.cancel()
         await asyncio.wait([listening])
         return frames, turns
@@ -306,12 +306,12 @@ def test_another_pilot_beside_and_what_cannot_be_done(live):
     with pytest.raises(InputError, match="as it is now"):
         session.seek(0.0)
     session.compare(StraightPilot())
-    assert session.beside_now() is None
+    assert session.compared_line() is None
     at(5.0)
-    assert b'"time_s":5.0' in session.beside_now()
+    assert b'"time_s":5.0' in session.compared_line()
     session.compare(None)
-    assert session.beside_now() is None
-    session.hand_over(StraightPilot())
+    assert session.compared_line() is None
+    session.set_pilot(StraightPilot())
     assert at(10.0).time_s == 10.0
-    ahead = session.predicted()
+    ahead = session.predicted_track()
     assert ahead.rows[-1, 1] - ahead.rows[0, 1] == pytest.approx(1200 * OWN_M_S, rel=0.01)

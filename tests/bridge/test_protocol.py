@@ -14,22 +14,22 @@ from glasshelm.core.errors import InputError
     [
         ('{"type":"open","source":"imazu:5","pilot":"straight"}', m.Open("imazu:5", "straight")),
         ('{"type":"replay","log":"a.jsonl"}', m.Replay("a.jsonl")),
-        ('{"type":"pilot","name":"straight"}', m.Pilot("straight")),
+        ('{"type":"pilot","name":"straight"}', m.SetPilot("straight")),
         ('{"type":"compare","name":null}', m.Compare(None)),
         ('{"type":"play"}', m.Play()),
         ('{"type":"pause"}', m.Pause()),
-        ('{"type":"rate","rate":60}', m.Rate(60)),
+        ('{"type":"rate","rate":60}', m.SetRate(60)),
         ('{"type":"seek","time_s":12.5}', m.Seek(12.5)),
         ('{"type":"acknowledge","id":"cpa-1"}', m.Acknowledge("cpa-1")),
-        ('{"type":"limits","dcpa_m":926,"tcpa_s":600}', m.Limits(926, 600)),
-        ('{"type":"whatif","change":"deleted","ship":"1"}', m.WhatIf("deleted", "1")),
-        ('{"type":"whatif","change":"rudder","degrees":-5}', m.WhatIf("rudder", None, -5)),
+        ('{"type":"limits","dcpa_m":926,"tcpa_s":600}', m.SetLimits(926, 600)),
+        ('{"type":"whatif","change":"delete","ship":"1"}', m.AskWhatIf("delete", "1")),
+        ('{"type":"whatif","change":"rudder","rudder_deg":-5}', m.AskWhatIf("rudder", None, -5)),
         ('{"type":"ping"}', m.Ping()),
     ],
 )
 def test_every_request_is_read(text, wanted):
-    assert m.read(text) == wanted
-    assert m.read(text.encode()) == wanted
+    assert m.decode_request(text) == wanted
+    assert m.decode_request(text.encode()) == wanted
 
 
 @pytest.mark.parametrize(
@@ -42,26 +42,26 @@ def test_every_request_is_read(text, wanted):
         '{"type":"limits","dcpa_m":-1,"tcpa_s":60}', '{"type":"acknowledge","id":["cpa-1"]}',
         '{"type":"open","source":"' + "x" * 201 + '"}', '{"type":"play"', b"\xff\xfe", b"\x00",
         '{"type":"whatif"}', '{"type":"whatif","change":"sunk","ship":"1"}',
-        '{"type":"whatif","change":"rudder","degrees":91}',
+        '{"type":"whatif","change":"rudder","rudder_deg":91}',
         "[" * 5000, '{"type":' * 5000, '{"type":"ping","x":' + "[" * 30_000 + "]" * 30_000 + "}",
         '{"x":' * 10_000, '{"type":"ping","x":' + '{"y":' * 5000 + "1" + "}" * 5001,
         '{"type":"seek","time_s":1e999}', '{"type":"seek","time_s":' + "9" * 400 + "}",
         '{"type":"acknowledge","id":"\\ud800"}', "\ud800", '{"type":"replay","log":"\ud800"}',
-        '{"type":"ping","x":"' + "ü" * (m.LARGEST // 2) + '"}',
+        '{"type":"ping","x":"' + "ü" * (m.MAX_REQUEST_BYTES // 2) + '"}',
         '{"type":"limits","dcpa_m":null}', '{"type":"limits","tcpa_s":3601}',
-        '{"type":"whatif","change":"kept","ship":"' + "x" * 201 + '"}',
- '{"type":"ping","x":"' + "y" * m.LARGEST + '"}',
+        '{"type":"whatif","change":"keep_course","ship":"' + "x" * 201 + '"}',
+ '{"type":"ping","x":"' + "y" * m.MAX_REQUEST_BYTES + '"}',
     ],
 )  # fmt: skip
 def test_what_is_no_request_is_one_line(text):
     with pytest.raises(InputError) as caught:
-        m.read(text)
+        m.decode_request(text)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
 
 
 def test_unknown_fields_are_left_alone():
-    assert m.read('{"type":"ping","of":"a later page"}') == m.Ping()
+    assert m.decode_request('{"type":"ping","of":"a later page"}') == m.Ping()
 
 
 @settings(max_examples=300, deadline=None)
@@ -72,15 +72,19 @@ def test_unknown_fields_are_left_alone():
 ).map(json.dumps)))  # fmt: skip
 def test_nothing_else_than_a_request_or_one_line_comes_of_any_text(text):
     try:
-        said = m.read(text)
+        said = m.decode_request(text)
     except InputError as error:
         said = str(error).count("\n")
-    assert said == 0 or isinstance(said, m.Asked)
+    assert said == 0 or isinstance(said, m.Request)
 
 
 def test_what_is_said_carries_its_type():
-    for said, kind in ((m.Pong(), "pong"), (m.Failure("no"), "failure"), (m.Alarms([]), "alarms")):
-        assert json.loads(m.written(said))["type"] == kind
+    for said, kind in (
+        (m.Pong(), "pong"),
+        (m.ErrorMessage("no"), "error"),
+        (m.Alarms([]), "alarms"),
+    ):
+        assert json.loads(m.encode(said).data)["type"] == kind
 
 
 def test_every_field_of_every_request_is_bounded():
@@ -98,6 +102,6 @@ def test_every_field_of_every_request_is_bounded():
                 return True
         return False
 
-    for request in m.Asked.__args__:
+    for request in m.Request.__args__:
         told = msgspec.inspect.type_info(request)
         assert all(bounded(field.type) for field in told.fields), request

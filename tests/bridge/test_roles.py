@@ -13,12 +13,17 @@ from tests.bridge.test_background_jobs import Viewer, playing
 from tests.bridge.test_server import Page
 
 from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.server.access_control import COOKIE, AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.session_hub import FOR_OWNERS, MOST_QUESTIONS, SessionHub
+from glasshelm.bridge.server.access_control import TOKEN_COOKIE, AccessControl
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.protocol import Open
+from glasshelm.bridge.server.session_hub import (
+    MAX_WAITING_QUESTIONS,
+    RESERVED_FOR_OWNERS,
+    SessionHub,
+)
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions.log_index import LogIndex
-from glasshelm.bridge.sessions.session_factory import prepared
+from glasshelm.bridge.sessions.session_factory import prepare_session
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 
@@ -42,9 +47,9 @@ CHANGES = [
 
 
 def client(folder, token=OWNER, viewer_token=VIEWER, first=None, most=100) -> TestClient:
-    conductor = SessionHub(SourceList(LogIndex(folder)), folder)
+    hub = SessionHub(SourceList(LogIndex(folder)), folder)
     guard = AccessControl("0.0.0.0" if token else "127.0.0.1", token, viewer_token)
-    app = application(conductor, guard, first, static=folder / "static", most_viewers=most)
+    app = create_app(hub, guard, first, static=folder / "static", max_viewers=most)
     return TestClient(app, base_url=HERE if token else "http://127.0.0.1:8470")
 
 
@@ -59,13 +64,13 @@ def role_of(browser: TestClient, query: str = "") -> str | None:
 
 
 def test_every_request_is_either_of_the_owner_or_of_all():
-    tags = {kind.__struct_config__.tag for kind in m.Asked.__args__}
+    tags = {kind.__struct_config__.tag for kind in m.Request.__args__}
     assert tags == {asked["type"] for asked in CHANGES} | {"ping", "whatif"}
 
 
 def test_a_viewer_sees_all_and_changes_nothing(tmp_path):
-    first = prepared(
-        SourceList(LogIndex(tmp_path)), tmp_path, "imazu:1", "straight", "paper", None, None
+    first = prepare_session(
+        Open("imazu:1", "straight", "paper"), SourceList(LogIndex(tmp_path)), tmp_path
     )
     base = HERE.replace("http:", "ws:")
     with (
@@ -83,13 +88,13 @@ def test_a_viewer_sees_all_and_changes_nothing(tmp_path):
             viewer.hear()
         before = browser.get("/api/health").json()["failed_messages"]
         for asked in CHANGES:
-            viewer.ask(**asked).until("failure")
+            viewer.ask(**asked).until("error")
             kind = asked["type"]
             assert viewer.failures[-1] == (
-                f"you are here to look on: {kind!r} is for the owner of this bridge"
+                f"you are a viewer: {kind!r} is for the owner of this bridge"
             )
         assert browser.get("/api/health").json()["failed_messages"] == before + len(CHANGES)
-        viewer.ask("whatif", change="deleted", ship="1").until("whatif")
+        viewer.ask("whatif", change="delete", ship="1").until("whatif")
         viewer.ask("ping").until("pong")
         # What is told to all is told to them in their own role.
         owner.ask("limits", dcpa_m=100.0, tcpa_s=60.0)
@@ -107,10 +112,10 @@ def test_the_role_of_the_address_stays_with_the_browser(tmp_path, given, role):
     with client(tmp_path) as browser:
         assert role_of(browser) is None
         assert browser.get(f"/?token={given}").status_code == 200
-        assert browser.cookies[COOKIE] == given
+        assert browser.cookies[TOKEN_COOKIE] == given
         assert role_of(browser) == role
         assert browser.get("/").status_code == 200  # reloaded without it
-        assert browser.cookies[COOKIE] == given
+        assert browser.cookies[TOKEN_COOKIE] == given
         assert role_of(browser) == role
 
 
@@ -119,7 +124,7 @@ def test_the_token_of_the_address_goes_before_that_of_the_cookie(tmp_path):
         browser.get(f"/?token={OWNER}")
         assert role_of(browser, f"?token={VIEWER}") == "viewer"
         browser.get(f"/?token={VIEWER}")
-        assert browser.cookies[COOKIE] == VIEWER
+        assert browser.cookies[TOKEN_COOKIE] == VIEWER
         assert role_of(browser) == "viewer"
         assert role_of(browser, "?token=wrong") == "viewer"
         assert role_of(browser, f"?token={OWNER}") == "owner"
@@ -127,12 +132,12 @@ def test_the_token_of_the_address_goes_before_that_of_the_cookie(tmp_path):
 
 @pytest.mark.parametrize(
     "cookie",
-    [VIEWER + OWNER, OWNER[:-1], f"{VIEWER}; {COOKIE}=", f'"{OWNER}x"', OWNER.upper(), "owner", "",
-     f"x{OWNER}", "\xfc" * 16, f"{OWNER}%00"],
+    [VIEWER + OWNER, OWNER[:-1], f"{VIEWER}; {TOKEN_COOKIE}=", f'"{OWNER}x"', OWNER.upper(),
+     "owner", "", f"x{OWNER}", "\xfc" * 16, f"{OWNER}%00"],
 )  # fmt: skip
 def test_no_other_cookie_makes_an_owner(tmp_path, cookie):
     with client(tmp_path) as browser:
-        value = f"{COOKIE}={cookie}".encode("latin-1")
+        value = f"{TOKEN_COOKIE}={cookie}".encode("latin-1")
         assert browser.get("/", headers={"cookie": value}).status_code == 403
 
 
@@ -157,7 +162,7 @@ def test_without_any_token_everybody_here_is_the_owner(tmp_path):
         (OWNER, "ünicode-token-x", "--viewer-token: must be 12"),
         (OWNER, "with a space 123", "--viewer-token: must be 12"),
         (OWNER, "with-a-newline\n", "--viewer-token: must be 12"),
-        (None, VIEWER, "--viewer-token: give the owner's --token"),
+        (None, VIEWER, "--viewer-token: also give the owner's --token"),
         ("with a space 123", None, "--token: must be 12"),
     ],
 )
@@ -189,18 +194,18 @@ def test_viewers_leave_questions_for_an_owner(tmp_path, monkeypatch):
     monkeypatch.setattr(SessionHub, "_answer", waiting)
 
     async def ask():
-        async with playing(tmp_path) as (conductor, owner):
-            crowd = [Viewer(conductor) for _ in range(10)]
+        async with playing(tmp_path) as (hub, owner):
+            crowd = [Viewer(hub) for _ in range(10)]
             for one in crowd:
                 one.outbox = ViewerQueue("viewer")
                 await one.join()
-                await one.ask("whatif", change="kept")
-            assert len(conductor._questions) == MOST_QUESTIONS - FOR_OWNERS
-            assert "too many questions" in (await crowd[-1].next("failure"))["message"]
+                await one.ask("whatif", change="keep_course")
+            assert len(hub._questions) == MAX_WAITING_QUESTIONS - RESERVED_FOR_OWNERS
+            assert "too many questions" in (await crowd[-1].next("error"))["message"]
             for _ in range(4):
-                await owner.ask("whatif", change="kept")
-            assert "too many questions" in (await owner.next("failure"))["message"]
-            assert len(conductor._questions) == MOST_QUESTIONS
+                await owner.ask("whatif", change="keep_course")
+            assert "too many questions" in (await owner.next("error"))["message"]
+            assert len(hub._questions) == MAX_WAITING_QUESTIONS
 
     asyncio.run(ask())
 
@@ -208,7 +213,7 @@ def test_viewers_leave_questions_for_an_owner(tmp_path, monkeypatch):
 def test_both_addresses_are_printed_and_no_token_after_that(tmp_path):
     odd = "viewer&+%;=token"
     command = [sys.executable, "-m", "glasshelm", "bridge", "imazu:1", "--pilot", "straight"]
-    command += ["--no-open", "--port", "0", "--log", str(tmp_path)]
+    command += ["--no-open", "--port", "0", "--log-dir", str(tmp_path)]
     command += ["--token", OWNER, "--viewer-token", odd]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None

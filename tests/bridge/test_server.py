@@ -8,13 +8,13 @@ import pytest
 from starlette.testclient import TestClient, WebSocketTestSession
 
 from glasshelm.bridge.server.access_control import AccessControl
-from glasshelm.bridge.server.app import application
-from glasshelm.bridge.server.protocol import LARGEST
+from glasshelm.bridge.server.app import create_app
+from glasshelm.bridge.server.protocol import MAX_REQUEST_BYTES, Open
 from glasshelm.bridge.server.server import bind, serve
 from glasshelm.bridge.server.session_hub import SessionHub
 from glasshelm.bridge.sessions.log_index import LogIndex
-from glasshelm.bridge.sessions.session_factory import prepared
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_factory import prepare_session
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 from glasshelm.frames import frame_log
@@ -49,7 +49,7 @@ class Page:
             self.frames.append(message["frame"])
         elif kind == "whatif":
             self.answer = message
-        elif kind == "failure":
+        elif kind == "error":
             self.failures.append(message["message"])
         return kind
 
@@ -57,7 +57,7 @@ class Page:
         """Hear until a message of each kind came, in this order; a failure is none of them."""
         for kind in kinds:
             while (heard := self.hear()) != kind:
-                assert heard != "failure", f"waited for {kind}: {self.failures[-1]}"
+                assert heard != "error", f"waited for {kind}: {self.failures[-1]}"
         return self
 
     @property
@@ -70,8 +70,8 @@ def bridge(folder, source: str | None = "imazu:1", pilot: str = "straight"):
     catalogue = SourceList(LogIndex(folder))
     first = None
     if source is not None:
-        first = prepared(catalogue, folder, source, pilot, "paper", None, None)
-    app = application(SessionHub(catalogue, folder), AccessControl("127.0.0.1", None), first)
+        first = prepare_session(Open(source, pilot, "paper"), catalogue, folder)
+    app = create_app(SessionHub(catalogue, folder), AccessControl("127.0.0.1", None), first)
     with TestClient(app, base_url="http://127.0.0.1") as client:
         yield client
 
@@ -89,8 +89,9 @@ def test_a_voyage_is_played_paused_sought_and_logged(tmp_path):
         assert viewer.session["mode"] == "simulated"
         assert viewer.session["playing"]
         assert viewer.times == [0.0]
-        assert len(viewer.now["path"]) == 41
-        assert viewer.now["path"][1] == pytest.approx([0.0, 30 * 10 * 1852 / 3600], abs=0.1)
+        assert len(viewer.now["predicted_track"]) == 41
+        ahead = viewer.now["predicted_track"]
+        assert ahead[1] == pytest.approx([0.0, 30 * 10 * 1852 / 3600], abs=0.1)
         viewer.ask("rate", rate=60).until("frame", "frame", "frame")
         assert viewer.times == [0.0, 5.0, 10.0, 15.0]
         viewer.ask("pause").until("session")
@@ -152,7 +153,7 @@ def test_another_pilot_from_the_frame_shown_on_and_one_beside(tmp_path):
 def test_a_recorded_ship_keeps_her_track_while_the_pilot_advises(tmp_path):
     with bridge(tmp_path, None) as client, page(client) as viewer:
         viewer.until("hello")
-        viewer.ask("seek", time_s=5.0).until("failure")
+        viewer.ask("seek", time_s=5.0).until("error")
         viewer.ask("open", source="gulf-of-finland", pilot="straight").until("history", "frame")
         assert viewer.session["mode"] == "recorded"
         assert viewer.now["frame"]["decision"]["applied"] is False
@@ -178,8 +179,8 @@ def test_a_log_is_replayed_and_scrubbed_as_it_was(tmp_path):
             assert viewer.session["end_s"] == 200.0
             viewer.ask("seek", time_s=52.0).until("history", "frame")
             assert viewer.frames == sailed[:11]
-            viewer.ask("pilot", name="straight").until("failure")
-            viewer.ask("compare", name="straight").until("failure")
+            viewer.ask("pilot", name="straight").until("error")
+            viewer.ask("compare", name="straight").until("error")
 
 
 SECRETS = [
@@ -212,7 +213,7 @@ def test_no_path_of_the_disk_is_reached_and_the_session_goes_on(tmp_path, monkey
     with bridge(logs) as client, page(client) as viewer:
         viewer.until("alarms")
         for type, fields in SECRETS:
-            viewer.ask(type, **fields).until("failure")
+            viewer.ask(type, **fields).until("error")
             said = viewer.failures[-1]
             assert "secret contents" not in said, fields
             assert str(tmp_path) not in said, fields
@@ -234,16 +235,16 @@ def test_what_is_wrong_is_told_of_the_source_by_its_name_and_no_folder(tmp_path)
         ("traffic.csv", None, "traffic.csv: "),
     ):
         with pytest.raises(InputError) as told:
-            prepared(catalogue, tmp_path, source, "straight", None, own, None)
+            prepare_session(Open(source, "straight", None, own=own), catalogue, tmp_path)
         assert str(told.value).startswith(line)
         assert "/" not in str(told.value)
     gone = SourceList(LogIndex(tmp_path), f"live:{file}")
     file.unlink()
     with pytest.raises(InputError, match=r"no feed 'traffic.csv' \(nor such a file\)"):
-        gone.live(None)
+        gone.open_feed(None)
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"^log.jsonl: cannot write the log \(its folder"):
-        SessionLog(tmp_path / "file" / "log.jsonl", fresh=True)
+        FileLog(tmp_path / "file" / "log.jsonl", fresh=True)
 
 
 def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
@@ -254,8 +255,8 @@ def test_the_ship_is_the_pilot_s_own_if_none_is_named(tmp_path):
         ("imazu:1", "straight", None, "paper"),
         ("gulf-of-finland", "straight", None, "paper"),
     ):
-        session = prepared(catalogue, tmp_path, source, pilot, ship, None, None)()
-        assert session.card.ship == sailed
+        session = prepare_session(Open(source, pilot, ship), catalogue, tmp_path)()
+        assert session.info.ship == sailed
         session.close()
 
 
@@ -265,17 +266,17 @@ def test_mangled_messages_are_answered_counted_and_survived(tmp_path):
         viewer.until("alarms").ask("pause").until("session")
         for text in mangled:
             viewer._socket.send_text(text)
-            viewer.until("failure")
+            viewer.until("error")
         viewer._socket.send_bytes(b"\xff\x00")
-        viewer.until("failure")
-        viewer.ask("ping", filler="x" * LARGEST).until("failure")
+        viewer.until("error")
+        viewer.ask("ping", filler="x" * MAX_REQUEST_BYTES).until("error")
         assert "at most" in viewer.failures[-1]
-        viewer.ask("acknowledge", id="none").until("failure")
+        viewer.ask("acknowledge", id="none").until("error")
         health = client.get("/api/health").json()
-        assert health["refused_messages"] == len(mangled) + 2
+        assert health["invalid_messages"] == len(mangled) + 2
         assert health["failed_messages"] == 1
         assert health["messages"] == len(mangled) + 4
-        assert health["heard"] is None, "nothing is heard in simulated traffic"
+        assert health["feed_counts"] is None, "nothing is heard in simulated traffic"
         viewer.ask("ping").until("pong")
 
 
@@ -320,19 +321,21 @@ def test_what_if_is_answered_to_who_asked_and_changes_nothing(tmp_path):
         viewer.until("alarms").ask("pause").until("session")
         viewer.ask("seek", time_s=120.0).until("history", "frame")
         before = viewer.frames
-        viewer.ask("whatif", change="deleted", ship="1").until("whatif")
+        viewer.ask("whatif", change="delete", ship="1").until("whatif")
         gone = viewer.answer
         assert (gone["time_s"], gone["condition"]) == (120.0, "without ship 1")
         assert gone["sentence"].startswith("Without ship 1, the pilot would ")
-        assert len(gone["fact"]) == len(gone["other"]) == 61
+        assert len(gone["factual"]) == len(gone["counterfactual"]) == 61
         own = before[-1]["own"]
-        for track in (gone["fact"], gone["other"]):
+        for track in (gone["factual"], gone["counterfactual"]):
             assert track[0] == pytest.approx([own["east_m"], own["north_m"]], abs=0.1)
-        assert abs(gone["other"][-1][0]) < abs(gone["fact"][20][0]), "no reason to go aside"
+        assert abs(gone["counterfactual"][-1][0]) < abs(gone["factual"][20][0]), (
+            "no reason to go aside"
+        )
         # As things are is what the session sails next, wherever it is looked at.
         viewer.ask("seek", time_s=420.0).until("history", "frame")
         own = viewer.frames[-1]["own"]
-        assert gone["fact"][10] == pytest.approx([own["east_m"], own["north_m"]], abs=1.0)
+        assert gone["factual"][10] == pytest.approx([own["east_m"], own["north_m"]], abs=1.0)
         viewer.ask("seek", time_s=120.0).until("history", "frame")
         assert viewer.frames == before
 
@@ -341,15 +344,15 @@ def test_what_cannot_be_asked_fails_in_one_line_and_the_socket_stays(tmp_path):
     with bridge(tmp_path) as client, page(client) as viewer:
         viewer.until("alarms").ask("pause").until("session")
         for fields, line in (
-            ({"change": "deleted", "ship": "77"}, "no ship '77'"),
-            ({"change": "blind"}, "which ship?"),
+            ({"change": "delete", "ship": "77"}, "no ship '77'"),
+            ({"change": "hide"}, "which ship?"),
             ({"change": "rudder"}, "a rudder in degrees"),
-            ({"change": "rudder", "degrees": 30}, "own ship's goes to 5°"),
+            ({"change": "rudder", "rudder_deg": 30}, "own ship's goes to 5°"),
         ):
-            viewer.ask("whatif", **fields).until("failure")
+            viewer.ask("whatif", **fields).until("error")
             assert line in viewer.failures[-1]
             assert "\n" not in viewer.failures[-1]
-        viewer.ask("whatif", change="kept").until("whatif")
+        viewer.ask("whatif", change="keep_course").until("whatif")
         assert viewer.answer["condition"] == "if own ship kept her course"
 
 
@@ -364,26 +367,26 @@ def test_a_replayed_log_is_asked_and_one_of_other_weights_is_refused(tmp_path):
         )
         (tmp_path / "forged.jsonl").write_text(forged)
         viewer.ask("replay", log=log).until("history", "frame", "alarms")
-        viewer.ask("whatif", change="rudder", degrees=-5).until("whatif")
-        assert viewer.answer["other"][-1] != viewer.answer["fact"][-1]
+        viewer.ask("whatif", change="rudder", rudder_deg=-5).until("whatif")
+        assert viewer.answer["counterfactual"][-1] != viewer.answer["factual"][-1]
         viewer.ask("replay", log="forged.jsonl").until("history", "frame", "alarms")
-        viewer.ask("whatif", change="rudder", degrees=-5).until("failure")
+        viewer.ask("whatif", change="rudder", rudder_deg=-5).until("error")
         assert "other weights (SHA-256 0123abcd" in viewer.failures[-1]
 
 
 def test_a_token_is_read_with_at_the_command_line_s_server_alone(tmp_path):
     given = SourceList(LogIndex(tmp_path), "signalk://127.0.0.1:9", token="secret")
-    assert given.live(None)._server._token == "secret"
+    assert given.open_feed(None)._server._token == "secret"
     with pytest.raises(InputError, match="choose one of the catalogue"):
-        prepared(given, tmp_path, "signalk://127.0.0.1:10", "straight", None, None, None)
+        prepare_session(Open("signalk://127.0.0.1:10", "straight", None), given, tmp_path)
 
 
 def test_a_first_session_that_cannot_begin_ends_the_server(tmp_path):
     def first():
         raise InputError("log: cannot write the log (No space left on device)")
 
-    conductor = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
-    app = application(conductor, AccessControl("127.0.0.1", None), first)
+    hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
+    app = create_app(hub, AccessControl("127.0.0.1", None), first)
     with pytest.raises(InputError, match="No space left"):
         serve(app, bind("127.0.0.1", 0), "", browse=False, ready=lambda: None)
 
@@ -393,14 +396,14 @@ def test_a_feed_that_cannot_listen_is_told_to_who_comes_later_and_on_the_console
         taken.bind(("127.0.0.1", 0))
         source = f"udp://127.0.0.1:{taken.getsockname()[1]}"
         catalogue = SourceList(LogIndex(tmp_path), source)
-        first = prepared(catalogue, tmp_path, source, "straight", None, None, None)
-        conductor = SessionHub(catalogue, tmp_path)
-        app = application(conductor, AccessControl("127.0.0.1", None), first)
+        first = prepare_session(Open(source, "straight", None), catalogue, tmp_path)
+        hub = SessionHub(catalogue, tmp_path)
+        app = create_app(hub, AccessControl("127.0.0.1", None), first)
         with TestClient(app, base_url="http://127.0.0.1") as client, page(client) as viewer:
             while "in use" not in str(viewer.session.get("notes")):
                 viewer.hear()
             with page(client) as later:
                 later.until("session")
                 assert "cannot listen: address already in use" in later.session["notes"][0]
-            assert client.get("/api/health").json()["heard"]["sentences"]["heard"] == 0
+            assert client.get("/api/health").json()["feed_counts"]["sentences"]["heard"] == 0
     assert [r.message for r in caplog.records if "cannot listen" in r.message]

@@ -6,6 +6,8 @@
 import pytest
 from benchmarks.session_fuzz import trial
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("of_nmea", [True, False], ids=["NMEA 0183", "Signal K"])
 def test_mangled_traffic_ends_no_session_and_leaves_nothing_behind(of_nmea):

@@ -45,7 +45,7 @@ def terminal_closed(process):
 def test_nothing_stays_on_signal_k(tmp_path, end):
     with SignalKDouble() as server:
         process, _ = start(
-            server.address, "--pilot", "straight", "--log", str(tmp_path),
+            server.address, "--pilot", "straight", "--log-dir", str(tmp_path),
             "--write-back", "--signalk-token", TOKEN,
         )  # fmt: skip
         try:

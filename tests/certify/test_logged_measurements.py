@@ -49,6 +49,7 @@ def banded(sailed, pilot):
     return list(with_bands(sailed[0][:3], pilot, ERRORS, cells=5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 1, 3, 4, STEPS - 1])
 def test_the_plots_are_those_that_the_pilot_saw(sailed, number):
     frames, observation = sailed
@@ -84,6 +85,7 @@ def test_who_was_away_is_remembered_since_she_is_back_and_who_is_lost_is_not_see
     assert int(plots_from_frames(frames).present.sum()) == len(ids) - 1
 
 
+@pytest.mark.slow
 def test_the_band_holds_the_rudder_and_travels_in_log_and_table(banded, tmp_path):
     for frame in banded:
         assert frame.band.low_rad <= frame.decision.rudder_rad <= frame.band.high_rad

@@ -1,8 +1,11 @@
 """Raw plots say the same as what the pilot saw."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from benchmarks.certify import empty_plots, push_plots
 
 from glasshelm.certify.measurements import observe_plots, with_errors
@@ -13,6 +16,8 @@ from glasshelm.ship.nomoto import SHIPS
 SHIP = SHIPS["paper"]
 
 
+@functools.cache
+@jax.jit
 def _sailed():
     encounter = random_encounter(jax.random.key(2), SHIP, RandomEncounters(targets=(3, 3)))
     state, scene, first = reset(encounter, SHIP), empty_plots(encounter.present.shape[-1]), True
@@ -26,6 +31,7 @@ def _sailed():
     return state, scene
 
 
+@pytest.mark.slow
 def test_the_plots_of_a_voyage_show_what_the_pilot_saw():
     state, scene = _sailed()
     observation = observe_plots(scene)

@@ -13,6 +13,8 @@ from glasshelm.certify.rudder_band import RudderBand, action_bounds, certified_b
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.registry import load
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def actor():
@@ -37,7 +39,7 @@ def test_no_error_brings_a_rudder_out_of_the_band(actor, rudders, level, kind):
     assert np.all(found >= low[:, None])
     assert np.all(found <= high[:, None])
     if not any(level) and kind == "around":
-        rudder = np.asarray(actor(jax.vmap(observe_plots)(scene)))
+        rudder = np.asarray(jax.jit(lambda: actor(jax.vmap(observe_plots)(scene)))())
         np.testing.assert_allclose(low, rudder, atol=2e-3)
         np.testing.assert_allclose(high, rudder, atol=2e-3)
 

@@ -54,6 +54,7 @@ def computed() -> float:
     return float(jax.jit(lambda x: jnp.sin(x).sum() * 3)(jnp.zeros(7)))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Error (reading|writing) persistent")
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EACCES], ids=os.strerror)
 def test_a_cache_that_fails_costs_time_alone_and_heals(kept, tmp_path, monkeypatch, code):

@@ -112,6 +112,7 @@ def test_a_log_from_outside_is_read_as_text(tmp_path):
     assert frame.outside_training == ["\\u202efast"]
 
 
+@pytest.mark.slow
 def test_a_situation_of_odd_names_is_explained(tmp_path, capsys):
     """All figures of all names are drawn, and what is printed gives no orders."""
     file, out = tmp_path / "odd.json", tmp_path / "out"
@@ -140,6 +141,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys, command):
     assert "\\x1b[31m\\nB" in err
 
 
+@pytest.mark.slow
 def test_two_futures_of_odd_names(tmp_path, capsys):
     file, log, out = (tmp_path / name for name in ("odd.json", "log.jsonl", "out"))
     file.write_text(situation([r"$\X$", "[/]", "\x1b[31m"]))
@@ -150,6 +152,7 @@ def test_two_futures_of_odd_names(tmp_path, capsys):
     assert (out / "whatif.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_figure_that_fails_is_told_of_in_the_report(tmp_path, monkeypatch):
     def fails(voyage):
         raise ValueError("\x1b[31m<no>")

@@ -25,6 +25,7 @@ def same(a, b) -> bool:
     return np.array_equal(a, b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flat", [False, True])
 def test_gymnasium_has_nothing_to_object(flat):
     with warnings.catch_warnings():
@@ -59,6 +60,7 @@ def test_bounds_are_not_idle():
     assert (share > 0.05).all(), share  # ships begin on collision courses: CPA is near
 
 
+@pytest.mark.slow
 def test_same_seed_same_voyage_and_other_seed_another():
     def voyage(seed):
         env = make(flat=True, encounters=FIVE)

@@ -52,6 +52,7 @@ def test_frame_of_a_known_scene_is_eq_10_and_11():
     np.testing.assert_allclose(seen.targets[0, 0], expected, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.5, 2.0, -2.8])
 def test_scene_moved_and_turned_looks_and_pays_alike(angle):
     original = random_scene(3)

@@ -74,6 +74,7 @@ def test_jit_does_what_eager_does():
         np.testing.assert_allclose(a, b, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_batch_by_vmap_does_what_one_does():
     encounters = [random_scene(seed, count) for seed, count in ((1, 0), (2, 3), (3, 6))]
     batch = jax.tree.map(lambda *x: jnp.stack(x), *encounters)
@@ -89,6 +90,7 @@ def test_batch_by_vmap_does_what_one_does():
             np.testing.assert_allclose(a, b[i], rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_what_stands_in_an_empty_slot_has_no_influence():
     ship = (400.0, 3000.0, 185.0, 6.0)
     alone = sail(scene([ship]), RUDDERS)
@@ -141,6 +143,7 @@ def test_range_and_margin_are_those_of_the_targets():
     np.testing.assert_allclose(out.margin[:, 0], 1 - np.hypot(1000 / 1088, north / 2176), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_voyage_has_finite_gradients():
     encounter = random_scene(7, 3)
 

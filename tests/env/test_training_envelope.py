@@ -43,6 +43,7 @@ def ships(*rows):
     return motion_at(track, jnp.zeros(()))
 
 
+@pytest.mark.slow
 def test_the_training_distribution_is_inside():
     draw = jax.jit(jax.vmap(lambda k: random_encounter(k, SHIP, WIDE)))
     many = jax.device_get(draw(jax.random.split(jax.random.key(0), 20)))

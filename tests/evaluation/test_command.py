@@ -7,6 +7,8 @@ import pytest
 from glasshelm.cli import main
 from glasshelm.evaluation import result_cache
 
+pytestmark = pytest.mark.slow
+
 PILOT = '''
 def starboard(seen):
     """Ten lines of somebody else: to starboard while anybody is ahead within 10 km."""

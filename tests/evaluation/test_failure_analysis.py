@@ -12,6 +12,8 @@ from glasshelm.pilots.registry import pilot_named
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.ship.nomoto import SHIPS
 
+pytestmark = pytest.mark.slow
+
 U = SPEED
 #: East, north [m], course [deg], speed [m/s]. She comes head-on; she keeps abeam to starboard.
 AHEAD, BESIDE = (0.0, 9000.0, 180.0, 5.0), (2500.0, 0.0, 0.0, U)

@@ -5,6 +5,7 @@ import dataclasses
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, encounter, suite
 
 from glasshelm.evaluation.contenders import Contender, parse_contenders, pilot_digest
@@ -17,6 +18,8 @@ from glasshelm.pilots.straight import StraightPilot
 from glasshelm.planning.cross_entropy_search import SearchSettings, rollout_rudders
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.rollout import policy_for, rollout
+
+pytestmark = pytest.mark.slow
 
 SEER = Clairvoyant(SHIP, "seer", (StraightPilot(),), SearchSettings(8, 16, 4, 6))
 ENTRANT = Contender("seer", "paper", SHIP, (SEER,))

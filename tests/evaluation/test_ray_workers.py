@@ -12,6 +12,8 @@ from glasshelm.core.errors import InputError
 from glasshelm.evaluation.ray_workers import executor_named
 from glasshelm.evaluation.result_cache import run_job, run_locally
 
+pytestmark = pytest.mark.slow
+
 #: A crowded machine takes long to begin, and has little memory left: neither is for Ray to judge.
 PATIENT = {
     "RAY_worker_register_timeout_seconds": "600",

@@ -50,6 +50,7 @@ def test_a_key_tells_pilots_cases_and_steps_apart_and_nothing_else():
     assert jobs(of=moved)[1].key != second.key
 
 
+@pytest.mark.slow
 def test_finished_chunks_are_not_sailed_again_and_results_are_the_same_to_the_bit(
     tmp_path, monkeypatch
 ):

@@ -42,6 +42,7 @@ def paired(rng, count, cells):
     return (drawn == 0) | (drawn == 1), (drawn == 0) | (drawn == 2)
 
 
+@pytest.mark.slow
 def test_the_paired_ratio_covers_95_in_100():
     rng = np.random.default_rng(1)
     both, ours, theirs, neither = cells = (0.1, 0.05, 0.2, 0.65)
@@ -92,6 +93,7 @@ def test_the_interquartile_mean_takes_the_middle_half():
     assert interquartile_mean(np.arange(6.0) ** 2) == pytest.approx((0.5 + 4 + 9 + 8) / 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("statistic", [mean, interquartile_mean])
 def test_the_bootstrap_over_encounters_covers_about_95_in_100(statistic):
     rng = np.random.default_rng(3)
@@ -138,6 +140,7 @@ def test_several_seeds_without_an_event_still_have_an_upper_end():
     assert back.low <= paired_ratio(theirs[0], once[0]).low
 
 
+@pytest.mark.slow
 def test_a_rare_rate_over_several_seeds_covers_95_in_100():
     """Encounters with a danger of their own, the same for all seeds; two events a seed."""
     rng = np.random.default_rng(3)

@@ -30,6 +30,7 @@ def test_a_voyage_lasts_until_its_conflicts_are_past():
     assert float(case_duration_s(nobody_near, SHIP)) == 2400
 
 
+@pytest.mark.slow
 def test_random_encounters_do_not_depend_on_how_many_there_are():
     (few,), (more,) = (build_suites(["random"], SHIP, count) for count in (3, 5))
     jax.tree.map(lambda a, b: np.testing.assert_array_equal(a, b[:3]), few.cases, more.cases)
@@ -48,6 +49,7 @@ def test_imazu_at_both_speeds_meets_after_1800_s():
         assert np.max(met[suite.cases.encounter.present]) < 5
 
 
+@pytest.mark.slow
 def test_each_disturbance_is_of_the_same_encounters():
     parts = {s.name.removeprefix("disturbed-"): s.cases for s in disturbed_suites(SHIP, 40)}
     (plain,) = build_suites(["random"], SHIP, 40)

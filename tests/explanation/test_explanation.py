@@ -34,6 +34,7 @@ def permuted(seen: Observation, order: np.ndarray) -> Observation:
     return Observation(seen.waypoint, seen.targets[order], seen.present[order])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "ships"), [("attention", n) for n in (0, 1, 4, 40)] + [("sum", 4)]
 )
@@ -111,6 +112,7 @@ def test_intention_is_value_or_gain_times_attention():
     np.testing.assert_allclose(why.intention.increment, why.priority.by_ship * why.attention)
 
 
+@pytest.mark.slow
 def test_what_a_pilot_lacks_is_absent():
     seen = observation(4)
     why = at("sum", seen)
@@ -135,6 +137,7 @@ def test_sweep_agrees_with_the_critic_rudder_by_rudder():
         np.testing.assert_allclose(why.sweep.value.waypoint[k], alone.waypoint, **CLOSE)
 
 
+@pytest.mark.slow
 def test_compiled_equals_eager():
     seen = observation(4)
     eager, _ = untrained("attention").decide(seen, ())
@@ -166,6 +169,7 @@ def test_slots_double():
         pad_observation(observation(3), 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 @pytest.mark.parametrize(("ships", "slots"), [(3, 4), (5, 8), (10, 16)])
 def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
@@ -180,6 +184,7 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
     assert np.isfinite(why.worth.all) == (ships <= MAX_PADDED_EXACT)
 
 
+@pytest.mark.slow
 def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
     pilot, seen = untrained("sum"), jax.tree.map(jnp.asarray, observation(14))
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))

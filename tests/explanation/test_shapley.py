@@ -99,6 +99,7 @@ def test_ships_in_another_order_have_the_same_shares():
     np.testing.assert_allclose(one.pairs, two.pairs[::-1, ::-1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_samples_lie_within_their_error_of_the_exact_shares_and_add_up():
     pilot, seen = untrained(), observation(6)
     worth = value_function("rudder", pilot.actor, None, seen, LIMIT)

@@ -47,7 +47,7 @@ def weights(tmp_path):
 
 
 def exam(out, *pilots):
-    return main(["exam", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
+    return main(["faithfulness", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
 
 
 def one_line(capsys):
@@ -56,6 +56,7 @@ def one_line(capsys):
     return said
 
 
+@pytest.mark.slow
 def test_the_command_writes_its_table_and_figure(tmp_path):
     """The one test here in which scores are computed."""
     arguments = ["exam", "--pilots", "paper-attention", "--encounters", "32", "--scenes", "5"]
@@ -85,7 +86,7 @@ def test_seeds_that_differ_in_what_they_have_are_refused_first(
     assert not asked
 
 
-@pytest.mark.parametrize("command", ["exam", "evaluate"])
+@pytest.mark.parametrize("command", ["faithfulness", "evaluate"])
 @pytest.mark.parametrize("out", ["file", "file/below", "/proc/x"])
 def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, asked, capsys):
     (tmp_path / "file").write_text("mine")
@@ -95,6 +96,7 @@ def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, a
     assert not asked
 
 
+@pytest.mark.slow
 def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
     tmp_path, weights, asked, capsys, monkeypatch
 ):

@@ -110,6 +110,7 @@ def test_scenes_are_those_in_which_a_ship_matters(pilot):
     assert pytest.approx(np.radians(0.25)) == MIN_SHAPLEY_RAD
 
 
+@pytest.mark.slow
 def test_a_ship_whom_nobody_sees_turns_nobody(pilot):
     group = collect_scenes(pilot, 32, 3, (3,))[0]
     encounter, state = jax.tree.map(lambda x: x[0], (group.encounter, group.state))
@@ -123,6 +124,7 @@ def test_a_ship_whom_nobody_sees_turns_nobody(pilot):
     np.testing.assert_allclose(nobody, 0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_shaken_scenes_are_near_and_consistent():
     seen = observation(3)
     other = perturb_sensors(seen, jax.random.key(0))

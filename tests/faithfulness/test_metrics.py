@@ -40,6 +40,7 @@ def test_the_wrong_side_and_the_wrong_order_are_told():
     assert float(found.insertion) < 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_over_all_orders_a_random_one_scores_0_and_the_best_1(seed):
     worth = rough(seed)

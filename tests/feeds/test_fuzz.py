@@ -26,6 +26,7 @@ from glasshelm.ship.nomoto import SHIPS
 COUNT = 3000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("trial", "given_"),
     [
@@ -65,6 +66,7 @@ paths = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(
     st.fixed_dictionaries(
         {},

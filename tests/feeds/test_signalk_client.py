@@ -46,6 +46,7 @@ async def server(port, *messages, hang_up=False):
         yield serving.sockets[0].getsockname()[1], got, asked
 
 
+@pytest.mark.slow
 def test_traffic_and_a_server_that_comes_again():
     messages = list(signalk(recording()))[:600]
 

@@ -17,6 +17,8 @@ from tests.missing import missing
 from glasshelm.feeds.feed_factory import create_feed, signalk_server
 from glasshelm.live.signalk_writer import SignalKWriter
 
+pytestmark = pytest.mark.slow
+
 #: AIS number under which the sample's own ship hears herself.
 ECHO = "230035780"
 
@@ -103,7 +105,7 @@ def test_what_is_written_is_read_back_and_withdrawn(server):
 def test_a_bridge_that_follows_it_writes_back_what_it_shows(server, tmp_path):
     """The command itself: traffic in, frames shown, and what they say read back over REST."""
     asked = ("--write-back", "--signalk-token", server.token(), "--pilot", "paper-waypoint")
-    process, url = start(server.address, *asked, "--log", str(tmp_path))
+    process, url = start(server.address, *asked, "--log-dir", str(tmp_path))
     frames, alarms = [], []
     try:
         with viewing(url) as viewer:

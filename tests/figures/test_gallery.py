@@ -110,6 +110,7 @@ def test_signs(value, text):
     assert signed(value) == text
 
 
+@pytest.mark.slow
 def test_the_same_frames_give_the_same_files(tmp_path):
     one = save(trajectories.absolute(PLAIN), tmp_path / "a" / "tracks")
     two = save(trajectories.absolute(PLAIN), tmp_path / "b" / "tracks")

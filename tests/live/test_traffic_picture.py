@@ -68,6 +68,7 @@ def test_motion_that_is_not_said_is_taken_from_positions():
     assert (course, speed) == (pytest.approx(0, abs=1e-3), pytest.approx(5, rel=2e-3))
 
 
+@pytest.mark.slow
 def test_the_gulf_of_finland_is_seen_as_the_recording_has_it():
     reports = recording()
     picture = TrafficPicture("gulf")
@@ -164,6 +165,7 @@ def test_ships_out_of_sight_are_known_and_not_shown():
     assert len(picture) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["straight", "large-ship-planner", "large-ship-attention"])
 def test_pilots_take_it_and_nothing_is_compiled_anew(name):
     """Ships come, go and change; what was compiled for the first scenario serves all."""
@@ -193,6 +195,7 @@ def test_pilots_take_it_and_nothing_is_compiled_anew(name):
     assert len(traced) == 1
 
 
+@pytest.mark.slow
 def test_a_scenario_can_be_sailed_with_advice():
     picture = taken(own(), ship(1))
     frames = list(simulate(picture.scenario(T0, SHIP), StraightPilot(), steps=3, advise=True))

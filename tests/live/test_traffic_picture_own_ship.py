@@ -151,6 +151,7 @@ def test_own_ship_may_be_anywhere(place):
     assert scenario.origin == pytest.approx(place, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_the_origin_stays_until_own_ship_is_far_from_it():
     picture = taken(own())
     origin = picture.scenario(T0, SHIP).origin

@@ -27,6 +27,7 @@ def same(a, b):
         np.testing.assert_allclose(x, y, rtol=1e-4, atol=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spare", [0, 5])
 @pytest.mark.parametrize("counts", BATCHES)
 @pytest.mark.parametrize("kind", ["sum", "attention"])

@@ -1,5 +1,6 @@
 """Meetings set by hand, and what own ship sees of them."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -24,10 +25,13 @@ def meeting(*rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"
     )
 
 
+_begun = jax.jit(reset, static_argnums=1)
+
+
 def observed(*rows, heading_deg=0.0, waypoint=(0.0, 46_300.0), ship=SHIPS["paper"]) -> Observation:
     """What she sees of :func:`meeting` at the start."""
     encounter = meeting(*rows, heading_deg=heading_deg, waypoint=waypoint, ship=ship)
-    return reset(encounter, ship).observation
+    return _begun(encounter, ship).observation
 
 
 def colliding(course_deg, speed_m_s=5.0, tcpa_s=900.0, ship=SHIPS["paper"]):

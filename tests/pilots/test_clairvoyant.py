@@ -22,6 +22,8 @@ from glasshelm.planning.cross_entropy_search import (
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.rollout import Case, rollout
 
+pytestmark = pytest.mark.slow
+
 SHIP, STEPS, WORLDS = SHIPS["large_ship"], 240, 8
 SETTINGS = SearchSettings(knots=6, samples=12, elites=3, iterations=4)
 

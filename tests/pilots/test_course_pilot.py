@@ -15,7 +15,7 @@ from glasshelm.pilots.course_pilot import CourseMemory, CourseMethod, CoursePilo
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import METHODS, WITHOUT_WEIGHTS, pilot_named
 from glasshelm.ship.nomoto import SHIPS
-from glasshelm.training.validation import validation_rollout
+from glasshelm.simulation.rollout import plain_cases, rollout
 
 SHIP = SHIPS["paper"]
 AVOIDING = [name for name in METHODS if name != "waypoint"]
@@ -85,6 +85,7 @@ def test_a_course_is_chosen_every_so_many_decisions_and_steered_in_between():
     np.testing.assert_allclose(offsets, [0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.3], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cpa", "mpc"])
 def test_one_world_is_steered_as_it_is_among_others(name):
     pilot = CoursePilot(SHIP, name, METHODS[name])
@@ -103,9 +104,11 @@ def intruded(method: str) -> int:
     ship = SHIPS["large_ship"]
     encounters = random_encounters(jax.random.key(5), 24, ship, RandomEncounters(targets=(1, 3)))
     policy = BatchedPilot(CoursePilot(ship, method, METHODS[method]))
-    return int((validation_rollout(policy, encounters, ship, 240, 480).margin[1] > 0).sum())
+    measures = rollout(policy, plain_cases(encounters, ship, 480), 480)
+    return int((measures.margin[:, 1] > 0).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AVOIDING)
 def test_every_avoidance_avoids(name):
     assert intruded(name) < 0.6 * intruded("waypoint")

@@ -12,7 +12,7 @@ from tests.voyages import plain
 
 from glasshelm.bridge.server.protocol import Open
 from glasshelm.bridge.sessions.log_index import LogIndex
-from glasshelm.bridge.sessions.session_factory import opened
+from glasshelm.bridge.sessions.session_factory import open_session
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.batched import BatchedPilot
@@ -52,6 +52,7 @@ def module(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
 
 
+@pytest.mark.slow
 def test_a_function_of_numpy_steers_as_one_of_jax(module):
     traced, plain = pilot_named("somebodys:traced"), pilot_named("somebodys:plain")
     assert (traced.traced, plain.traced) == (True, False)
@@ -100,8 +101,8 @@ def test_no_viewer_and_no_log_can_name_code_to_run(trap, tmp_path):
     catalogue = SourceList(LogIndex(tmp_path))
     for asked in (
         lambda: catalogue.pilot("trap:steer"),
-        lambda: opened(Open("imazu:1", "trap:steer"), catalogue, tmp_path),
-        lambda: opened(Open("trap:steer"), catalogue, tmp_path),
+        lambda: open_session(Open("imazu:1", "trap:steer"), catalogue, tmp_path),
+        lambda: open_session(Open("trap:steer"), catalogue, tmp_path),
         lambda: pilot_of(msgspec.structs.replace(plain()[0], pilot="trap:steer")),
     ):
         with pytest.raises(InputError, match="trap:steer"):

@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from tests.pilots.scenes import colliding, observed
 
 from glasshelm.core.geometry import Cpa, Vector
@@ -42,6 +43,7 @@ def test_the_rules_are_a_table_of_so_many_sets():
     assert np.shape(SETTINGS.risks) == (len(SETTINGS.tcpa_loa), len(SETTINGS.dcpa_loa))
 
 
+@pytest.mark.slow
 def test_an_alteration_holds_while_the_way_ahead_is_between_the_limits():
     chosen = jax.jit(lambda s, o: fuzzy_course(s, o, SHIP, SETTINGS))
     way = np.asarray([risk(d, 1000.0) for d in np.linspace(0, 3000, 301)])

@@ -21,6 +21,8 @@ from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.voyage import simulate
 
+pytestmark = pytest.mark.slow
+
 SHIP = SHIPS["paper"]
 
 

@@ -43,6 +43,7 @@ def test_weights_come_back_as_they_went(tmp_path, kind, critic):
     assert pilot.trained.ship == SHIP
 
 
+@pytest.mark.slow
 def test_decision_is_the_actors_and_within_the_rudder_limit(weights):
     pilot = glasshelm.load(str(weights))
     for ships in (0, 3):
@@ -152,6 +153,7 @@ def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
     assert pilot.trained.world == env
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", registry.bundled_pilots())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):

@@ -77,6 +77,7 @@ def test_velocity_obstacles_choose_the_same_course(sights):
     assert sum(abs(ours[c] - theirs[c]) <= 5 for c in CASES) >= 16
 
 
+@pytest.mark.slow
 def test_scenario_mpc_alters_to_the_same_side_and_mostly_by_as_much(sights):
     """The reference adds a safety distance for each ship and measures risk by one of them.
 

@@ -36,13 +36,17 @@ def scene(*rows, waypoint=(0.0, 46_300.0), heading=0.0) -> Encounter:
 
 
 plan = jax.jit(plan_course, static_argnums=(1, 2))
+begin = jax.jit(reset, static_argnums=1)
+move = jax.jit(step, static_argnums=3)
+rudder_of = jax.jit(rudder_towards, static_argnums=2)
 
 
+@pytest.mark.slow
 def test_the_situation_is_read_back_from_the_observation():
     encounter = scene((2000.0, 5000.0, 250.0, 4.0))
-    state = reset(encounter, SHIP)
+    state = begin(encounter, SHIP)
     for _ in range(30):
-        state = step(encounter, state, jnp.float32(SHIP.rudder_limit_rad), SHIP).state
+        state = move(encounter, state, jnp.float32(SHIP.rudder_limit_rad), SHIP).state
     at = situation_of(state.observation, SHIP)
     assert float(at.rate_of_turn_rad_s) == pytest.approx(
         float(state.own.rate_of_turn_rad_s), rel=0.05
@@ -52,17 +56,17 @@ def test_the_situation_is_read_back_from_the_observation():
 
 
 def test_alone_she_steers_for_the_waypoint():
-    state = reset(scene(), SHIP)
+    state = begin(scene(), SHIP)
     assert float(plan(state.observation, SHIP).offset_rad) == 0.0
-    state = reset(scene(waypoint=(20_000.0, 20_000.0)), SHIP)
+    state = begin(scene(waypoint=(20_000.0, 20_000.0)), SHIP)
     found = plan(state.observation, SHIP)
     assert abs(float(found.offset_rad)) < np.radians(11)
-    assert float(rudder_towards(found.offset_rad, state.observation, SHIP)) == 1.0
+    assert float(rudder_of(found.offset_rad, state.observation, SHIP)) == 1.0
 
 
 def test_she_alters_for_a_ship_ahead_and_more_is_at_stake():
-    calm = reset(scene((9000.0, 9000.0, 0.0, 5.0)), SHIP).observation
-    tense = reset(scene((0.0, 6000.0, 180.0, 5.0)), SHIP).observation
+    calm = begin(scene((9000.0, 9000.0, 0.0, 5.0)), SHIP).observation
+    tense = begin(scene((0.0, 6000.0, 180.0, 5.0)), SHIP).observation
     calm_plan, tense_plan = plan(calm, SHIP), plan(tense, SHIP)
     assert float(calm_plan.offset_rad) == 0.0
     assert abs(float(tense_plan.offset_rad)) > np.radians(9.0)
@@ -72,7 +76,7 @@ def test_she_alters_for_a_ship_ahead_and_more_is_at_stake():
 @pytest.mark.parametrize("heading", [-35.0, 35.0])
 def test_of_two_sides_the_one_being_steered_is_kept(heading):
     """A head-on ship can be passed on either side; alone, changing sides would be free."""
-    observation = reset(scene((0.0, 7000.0, 180.0, 5.0), heading=heading), SHIP).observation
+    observation = begin(scene((0.0, 7000.0, 180.0, 5.0), heading=heading), SHIP).observation
     course = heading + np.degrees(
         float(situation_of(observation, SHIP).bearing_rad + plan(observation, SHIP).offset_rad)
     )
@@ -81,15 +85,14 @@ def test_of_two_sides_the_one_being_steered_is_kept(heading):
     assert float(fickle.values.max()) > float(plan(observation, SHIP).values.max())
 
 
+@pytest.mark.slow
 def test_between_two_ways_out_the_middle_is_what_costs():
     """Imazu 19: two ships close in from both sides; a turn to either is better than none."""
     paper = SHIPS["paper"]
-    observation = reset(imazu_scenario("19", paper).encounter, paper).observation
+    observation = begin(imazu_scenario("19", paper).encounter, paper).observation
     found = plan(observation, paper)
-    first = float(rudder_towards(found.offset_rad, observation, paper))
-    rudders = np.array(
-        [float(rudder_towards(o, observation, paper)) for o in found.first_offsets_rad]
-    )
+    first = float(rudder_of(found.offset_rad, observation, paper))
+    rudders = np.array([float(rudder_of(o, observation, paper)) for o in found.first_offsets_rad])
     values = np.asarray(found.values)
     lasts = (found.first_durations_s == 0.0) | (found.first_durations_s >= 200.0)
     across = values[lasts & (rudders * np.sign(first) < -0.5)].max()
@@ -102,12 +105,12 @@ def test_between_two_ways_out_the_middle_is_what_costs():
 
 
 def test_she_turns_to_the_waypoint_at_once_where_nothing_is_in_the_way():
-    observation = reset(scene(waypoint=(30_000.0, 30_000.0)), SHIP).observation
+    observation = begin(scene(waypoint=(30_000.0, 30_000.0)), SHIP).observation
     assert abs(np.degrees(float(plan(observation, SHIP).offset_rad))) < 11
 
 
 def test_an_absent_target_changes_nothing():
-    observation = reset(scene((0.0, 6000.0, 180.0, 5.0)), SHIP).observation
+    observation = begin(scene((0.0, 6000.0, 180.0, 5.0)), SHIP).observation
     ghost = type(observation)(
         observation.waypoint, observation.targets.at[1].set(0.01), observation.present
     )
@@ -123,6 +126,7 @@ def test_the_manoeuvres_are_those_of_the_settings():
     np.testing.assert_allclose(table[-1], [0.0, 50, np.radians(60), 80], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPS)
 def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
     ship = SHIPS[name]
@@ -148,10 +152,11 @@ def test_it_keeps_clear_of_ships_that_meet_doing_nothing(name):
     assert jnp.max(margins()) < 0.05
 
 
+@pytest.mark.slow
 def test_one_world_is_steered_as_it_is_among_others():
     encounter = imazu_scenario("5", SHIP).encounter
     pilot = CoursePilot(SHIP, "planner", PLANNER)
-    observation = reset(encounter, SHIP).observation
+    observation = begin(encounter, SHIP).observation
     one, memory = jax.jit(pilot.decide)(observation, pilot.start())
     two = jax.tree.map(lambda x: jnp.stack([x, x]), (observation, pilot.start()))
     both, memories = jax.jit(jax.vmap(pilot.decide))(*two)

@@ -12,6 +12,8 @@ from glasshelm.pilots.registry import load
 from glasshelm.planning.lookahead import look_ahead
 from glasshelm.ship.nomoto import SHIPS
 
+pytestmark = pytest.mark.slow
+
 SHIP = SHIPS["paper"]
 AHEAD_S = 1800.0
 
@@ -98,7 +100,7 @@ def test_a_pilots_own_way_comes_true(name):
     pilot = load(name)
     ship = pilot.trained.ship
     keys = jax.random.split(jax.random.key(5), 48)
-    encounters = jax.vmap(lambda key: random_encounter(key, ship, PAPER))(keys)
+    encounters = jax.jit(jax.vmap(lambda key: random_encounter(key, ship, PAPER)))(keys)
 
     def sailed(encounter):
         def go(state, _):

@@ -18,6 +18,7 @@ def drawn(monkeypatch):
     return asked
 
 
+@pytest.mark.slow
 def test_an_encounter_is_sailed_logged_and_told(tmp_path, drawn, capsys):
     out = tmp_path / "out"
     status = main(["explain", "imazu:1", "--pilot", "straight", "--steps", "20", "--out", str(out)])
@@ -41,7 +42,7 @@ def test_a_log_takes_no_pilot(tmp_path, drawn, capsys):
     log = tmp_path / "frames.jsonl"
     write_log(log, plain())
     assert main(["explain", str(log), "--pilot", "straight"]) == 2
-    assert "a log is told as it is" in capsys.readouterr().err
+    assert "a log is explained as it is" in capsys.readouterr().err
 
 
 def test_an_unknown_source_is_one_line(tmp_path, drawn, capsys):

@@ -31,6 +31,7 @@ def ahead_of(frame, turn_rad):
     return np.stack([east, north, heading], axis=1)
 
 
+@pytest.mark.slow
 def test_it_says_what_the_helm_does_and_why(frames):
     turning = next(k for k, f in enumerate(frames) if abs(f.decision.rudder_rad) > 0.01)
     said = current_sentence(frames[: turning + 1])
@@ -57,6 +58,7 @@ def crowded():
     return list(simulate(scenario, glasshelm.load("paper-sum"), 24, advise=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("voyage", ["frames", "crowded"])
 def test_what_is_said_adds_up_to_the_rudder(voyage, request):
     checked = others = 0

@@ -106,6 +106,7 @@ def test_advice_is_announced():
     assert "Advice only" not in " ".join(read(plain())[0].text)
 
 
+@pytest.mark.slow
 def test_report_of_a_plain_pilot_as_files(tmp_path):
     steps = []
     path = write_report(plain(), tmp_path / "out", progress=lambda name, at: steps.append(at))

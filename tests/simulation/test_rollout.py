@@ -5,13 +5,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.evaluation.cases import ABEAM, HEAD_ON, SHIP, SPEED, cases, encounter
+from tests.evaluation.cases import ABEAM, HEAD_ON, SPEED, cases, encounter
 
 from glasshelm.colregs.classification import EncounterType
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.protocols import Decision
 from glasshelm.simulation.rollout import rollout, rollout_tracks
-from glasshelm.training.validation import Memoryless, validation_rollout
 
 
 class Weaves(eqx.Module):
@@ -28,13 +27,6 @@ class Weaves(eqx.Module):
         rudder = jnp.sin(memory / 40.0) * 0.4 + 0.5 * observation.targets[:, 0, 0].sum()
         near = observation.waypoint[0, 1] < 1.0
         return Decision(jnp.where(near, jnp.nan, jnp.clip(rudder, -1, 1))), memory + 1
-
-
-class SeesTogether(eqx.Module):
-    """:class:`Sees` as training calls an actor: for all worlds at once."""
-
-    def __call__(self, observation):
-        return jnp.clip(0.4 + 3.0 * observation.targets[:, :, 0, 0].sum(-1), -1, 1)
 
 
 class Sees(eqx.Module):
@@ -70,6 +62,7 @@ class _Amidships(eqx.Module):
         return Decision(jnp.zeros(())), memory
 
 
+@pytest.mark.slow
 def test_collision_and_distance_of_a_ship_that_does_nothing(straight):
     assert straight.range_m[:, 1] == pytest.approx([0, 2000, 0, np.inf], abs=30)
     assert straight.hull_gap_m[0] < -50  # end on: as deep as the beam, less what a step skips
@@ -102,6 +95,7 @@ def test_meetings_are_counted_by_ship(straight):
     assert kinds[3].tolist() == [EncounterType.NONE, EncounterType.NONE]
 
 
+@pytest.mark.slow
 def test_a_case_ends_at_its_own_step():
     """A batch goes on for its longest case; the others' measures stand still."""
     alone = cases(*CASES, steps=100)
@@ -111,19 +105,7 @@ def test_a_case_ends_at_its_own_step():
     assert found.time_s.tolist() == [500.0] * 4
 
 
-def test_the_same_as_the_measures_of_training():
-    """training.validation simulates the same pilot to the same margins, ranges and returns."""
-    batch = cases(*CASES, steps=STEPS)
-    found = jax.device_get(rollout(BatchedPilot(Sees()), batch, STEPS))
-    encounters = jax.tree.map(jnp.asarray, batch.encounter)
-    policy = Memoryless(SeesTogether())
-    theirs = jax.device_get(validation_rollout(policy, encounters, SHIP, 240, STEPS))
-    np.testing.assert_allclose(found.range_m.T, theirs.range_m, rtol=1e-3)
-    np.testing.assert_allclose(found.margin.T, theirs.margin, atol=1e-3)
-    np.testing.assert_allclose(found.return_by_task, theirs.return_by_task, atol=1e-2)
-    np.testing.assert_allclose(found.rudder / STEPS, theirs.rudder, rtol=1e-3)
-
-
+@pytest.mark.slow
 def test_a_rudder_that_is_no_number_is_told():
     batch = cases(*CASES, steps=20)
     near = eqx.tree_at(lambda c: c.encounter.route.y, batch, np.full((4, 1), 15_000.0, np.float32))
@@ -131,6 +113,7 @@ def test_a_rudder_that_is_no_number_is_told():
     assert not jax.device_get(rollout(BatchedPilot(Weaves()), near, 20)).finite.any()
 
 
+@pytest.mark.slow
 def test_a_voyage_ends_at_its_last_waypoint():
     batch = cases(encounter(), steps=STEPS)
     near = eqx.tree_at(lambda c: c.encounter.route.y, batch, np.full((1, 1), 3000.0, np.float32))

@@ -57,6 +57,7 @@ def positions(observation):
     return observation.targets[:, :, 0, :2] * LENGTH_M
 
 
+@pytest.mark.slow
 def test_perfect_instruments_show_the_world_as_it_is():
     true, shown = sail(perfect())
     # To 2 m and 0.1 s: the two programs round otherwise, and TCPA is a quotient.

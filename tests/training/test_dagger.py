@@ -1,4 +1,5 @@
 import dataclasses
+import functools
 
 import equinox as eqx
 import jax
@@ -17,6 +18,8 @@ from glasshelm.training.dagger import (
     init_dagger,
 )
 from glasshelm.training.encounter_mix import EncounterMix
+
+pytestmark = pytest.mark.slow
 
 SHIP = SHIPS["large_ship"]
 SETTINGS = DaggerSettings(
@@ -39,14 +42,30 @@ SETTINGS = DaggerSettings(
     batch_decisions=4,
     average_rate=0.02,
 )
-ACTOR = make_actor("sum", ActorSizes((24, 16), (16,), (8,), "fine"), jax.random.key(2))
-BATCH = jax.jit(lambda: SETTINGS.mix.draw(jax.random.key(5), SHIP))()
-FLEET = SETTINGS.packed(BATCH)
+
+
+@functools.cache
+def student():
+    sizes = ActorSizes((24, 16), (16,), (8,), "fine")
+    with jax.ensure_compile_time_eval():
+        return jax.jit(lambda: make_actor("sum", sizes, jax.random.key(2)))()
+
+
+@functools.cache
+def worlds():
+    with jax.ensure_compile_time_eval():
+        return jax.jit(lambda: SETTINGS.mix.draw(jax.random.key(5), SHIP))()
+
+
+@functools.cache
+def fleet():
+    with jax.ensure_compile_time_eval():
+        return SETTINGS.packed(worlds())
 
 
 @eqx.filter_jit
 def labels_of(actor_share):
-    return collect_labels(ACTOR, BATCH, actor_share, jax.random.key(1), SHIP, SETTINGS)
+    return collect_labels(student(), worlds(), actor_share, jax.random.key(1), SHIP, SETTINGS)
 
 
 def test_with_beta_1_the_expert_steers_its_own_labels():
@@ -67,7 +86,7 @@ def test_with_beta_0_the_actor_steers_but_the_expert_labels():
     straight = jax.vmap(lambda s: rudder_towards(jnp.zeros(()), s, SHIP))(
         jax.tree.map(lambda x: x[-1], actor.observation)
     )
-    empty = ~BATCH.present.any(-1)  # no targets: the expert steers for the waypoint
+    empty = ~worlds().present.any(-1)  # no targets: the expert steers for the waypoint
     np.testing.assert_allclose(actor.rudder[-1][empty], straight[empty], atol=1e-6)
 
 
@@ -75,14 +94,14 @@ def test_weights_are_larger_where_more_is_at_stake():
     weight = labels_of(jnp.zeros(())).weight[0]
     assert float(weight.min()) >= 0.1
     assert float(weight.max()) <= 1.0
-    crowded = BATCH.present.sum(-1)
+    crowded = worlds().present.sum(-1)
     assert float(weight[crowded == 0].max()) < float(weight[crowded > 0].max())
 
 
 @pytest.fixture(scope="module")
 def learned():
     run = eqx.filter_jit(lambda state, key: dagger_iteration(state, key, SHIP, SETTINGS))
-    state, losses = init_dagger(ACTOR, SETTINGS), []
+    state, losses = init_dagger(student(), SETTINGS), []
     for number in range(12):
         state, loss = run(state, jax.random.fold_in(jax.random.key(3), number))
         losses.append(float(loss))
@@ -95,10 +114,10 @@ def test_the_actor_learns_to_steer_like_the_expert(learned):
 
     @eqx.filter_jit
     def loss_of(actor):
-        rudders = jax.vmap(lambda observation: actor(observation, FLEET))(labels.observation)
+        rudders = jax.vmap(lambda observation: actor(observation, fleet()))(labels.observation)
         return jnp.mean(labels.weight * (rudders - labels.rudder) ** 2)
 
-    assert float(loss_of(state.average)) < 0.75 * float(loss_of(ACTOR))
+    assert float(loss_of(state.average)) < 0.75 * float(loss_of(student()))
     assert all(np.isfinite(losses))
     assert int(state.iteration) == 12
 

@@ -12,6 +12,8 @@ from glasshelm.training.init_actor import init_actor
 from glasshelm.training.replay_buffer import gather
 from glasshelm.training.stages import DdpgStage
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def after_filling():

@@ -32,6 +32,7 @@ def test_ornstein_uhlenbeck_has_its_variance():
     assert abs(float(value.mean())) < 0.05
 
 
+@pytest.mark.slow
 def test_bursts_hold_a_rudder_and_leave_the_pilot_alone_otherwise():
     settings = NoiseSettings("bursts", burst_begin=0.1, burst_end=0.4)
     rudder = jnp.full(4000, 0.5)

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -39,6 +40,7 @@ def test_a_new_one_follows_the_seed():
     assert float(jnp.abs(first[0] - first[2]).max()) > 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["sum", "attention"])
 def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
     """Same rudder; the copies get gradients of their own."""
@@ -47,16 +49,15 @@ def test_a_wider_one_says_what_the_narrow_one_says_and_learns_more(kind):
         narrow, actor_sizes=ActorSizes((192, 160, 100), (150, 128, 64), (64, 80), "fine")
     )
     ship = SHIPS["paper"]
-    encounters = jax.vmap(lambda k: random_encounter(k, ship, count=6))(
-        jax.random.split(jax.random.key(3), 8)
-    )
-    observation = jax.jit(jax.vmap(lambda e: reset(e, ship).observation))(encounters)
+    seen = jax.vmap(lambda key: reset(random_encounter(key, ship, count=6), ship).observation)
+    observation = jax.jit(seen)(jax.random.split(jax.random.key(3), 8))
     small, large = init_actor(narrow), init_actor(wide)
     assert large.encode_target.weights[1].shape == (192, 160)
-    np.testing.assert_allclose(large(observation), small(observation), atol=2e-5)
+    rudder = eqx.filter_jit(lambda actor: actor(observation))
+    np.testing.assert_allclose(rudder(large), rudder(small), atol=2e-5)
     weights, pulls = (
         np.asarray(a.encode_target.weights[0])
-        for a in (large, jax.grad(lambda a: a(observation).sum())(large))
+        for a in (large, eqx.filter_jit(jax.grad(lambda a: a(observation).sum()))(large))
     )
     origin = np.abs(weights[:, :128] - weights[:, 128:129]).sum(0).argmin()
     np.testing.assert_array_equal(weights[:, origin], weights[:, 128])

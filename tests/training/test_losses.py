@@ -97,6 +97,7 @@ def test_targets_solve_a_three_state_mdp():
     np.testing.assert_allclose(table.by_ship, [-2.5, -1.0, -6.0], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_targets_of_the_heads_sum_to_the_target_of_the_total():
     key = jax.random.key(0)
     batch = random_batch(key)

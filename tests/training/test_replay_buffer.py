@@ -19,6 +19,9 @@ from glasshelm.training.replay_buffer import (
 from glasshelm.training.vector_env import draw_pool, init_envs, staggered_end, step_all
 
 SHIP = ship_named("paper")
+append_jitted, gather_jitted, sample_jitted = (
+    jax.jit(append), jax.jit(gather), jax.jit(sample, static_argnums=1)
+)  # fmt: skip
 
 
 def test_a_million_transitions_fit_in_400_mb():
@@ -30,7 +33,7 @@ def test_a_million_transitions_fit_in_400_mb():
 def simulated():
     """A short ring written over twice, and every observation on the way."""
     num_envs, ring, settings = 4, 17, EnvSettings(episode_steps=9)
-    pool = draw_pool(jax.random.key(0), 16, SHIP, PAPER)
+    pool = jax.jit(lambda: draw_pool(jax.random.key(0), 16, SHIP, PAPER))()
     actor = make_actor("sum", ActorSizes((4,), (4,)), jax.random.key(1))
 
     @jax.jit
@@ -50,13 +53,14 @@ def simulated():
     return replay, observations, rows
 
 
+@pytest.mark.slow
 def test_stacks_are_the_environments_own_observations_bit_for_bit(simulated):
     replay, observations, rows = simulated
     low, high = (int(x) for x in sampleable_steps(replay))
     assert high - low == replay.capacity - 5
     starts, ends = 0, 0
     for number in range(low, high):
-        batch = gather(replay, jnp.full(4, number), jnp.arange(4))
+        batch = gather_jitted(replay, jnp.full(4, number), jnp.arange(4))
         transition = np.asarray(rows[number].transition)
         np.testing.assert_array_equal(batch.weight, transition)
         np.testing.assert_array_equal(batch.observation.waypoint, observations[number].waypoint)
@@ -93,7 +97,7 @@ def test_no_draw_reaches_what_the_write_head_has_overwritten():
     replay = empty_buffer(ring, num_envs, 1)
     for number in range(ring + 7):
         stamp = jnp.full((num_envs, 13), float(number))
-        replay = append(
+        replay = append_jitted(
             replay,
             ReplayRow(
                 stamp,
@@ -105,7 +109,7 @@ def test_no_draw_reaches_what_the_write_head_has_overwritten():
                 jnp.zeros(num_envs, bool),
             ),
         )
-    batch = sample(replay, 2000, jax.random.key(0))
+    batch = sample_jitted(replay, 2000, jax.random.key(0))
     now = batch.action
     np.testing.assert_array_equal(
         batch.observation.waypoint[..., 0], now[:, None] - jnp.arange(5.0)[None, :]
@@ -115,5 +119,5 @@ def test_no_draw_reaches_what_the_write_head_has_overwritten():
     )
     low, high = sampleable_steps(replay)
     assert set(np.asarray(now).astype(int)) == set(range(int(low), int(high)))
-    beyond = gather(replay, low[None] - 1, jnp.zeros(1, int))  # one more would be wrong
+    beyond = gather_jitted(replay, low[None] - 1, jnp.zeros(1, int))  # one more would be wrong
     assert float(beyond.observation.waypoint[0, 4, 0]) != float(low) - 5

@@ -27,6 +27,8 @@ from glasshelm.training.trainer import BEST_FILE, FINAL_FILE, TrainerSettings, t
 from glasshelm.training.training_progress import TrainingProgress
 from glasshelm.training.training_state import STATE_FILE
 
+pytestmark = pytest.mark.slow
+
 QUIET = TrainerSettings(tensorboard=False)
 
 

@@ -9,9 +9,10 @@ from glasshelm.encounters.random_encounters import PAPER, validation_encounters
 from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.networks.critics import QValues
 from glasshelm.ship.nomoto import ShipState, ship_named
+from glasshelm.simulation.rollout import plain_cases, rollout
 from glasshelm.training.critic_accuracy import critic_accuracy
 from glasshelm.training.exploration import NoiseSettings
-from glasshelm.training.validation import Memoryless, score, validation_rollout
+from glasshelm.training.validation import Memoryless, score, validate
 
 SHIP = ship_named("paper")
 
@@ -48,8 +49,7 @@ def encounters():
 
 
 def test_rates_and_returns_of_the_pilot_that_does_nothing():
-    episodes = validation_rollout(Memoryless(Amidships()), encounters(), SHIP)
-    result = score(episodes, 340.0)
+    result = validate(Amidships(), encounters(), SHIP)
     assert result.intrusions == pytest.approx(1 / 3)
     assert result.intrusions_long == pytest.approx(2 / 3)
     assert result.collisions == pytest.approx(1 / 3)
@@ -63,9 +63,12 @@ def test_rates_and_returns_of_the_pilot_that_does_nothing():
 
 
 def test_collisions_weigh_most_in_the_choice_of_the_pilot_kept():
-    episodes = validation_rollout(Memoryless(Amidships()), encounters(), SHIP)
-    bad = score(episodes, 340.0)
-    better = score(eqx.tree_at(lambda e: e.range_m, episodes, episodes.range_m + 1e4), 340.0)
+    cases = plain_cases(encounters(), SHIP, 480)
+    measures = jax.device_get(rollout(Memoryless(Amidships()), cases, 480))
+    targets = np.array([0, 1, 1])
+    bad = score(measures, targets, 480, 340.0)
+    apart = eqx.tree_at(lambda m: m.range_m, measures, measures.range_m + 1e4)
+    better = score(apart, targets, 480, 340.0)
     assert better.collisions == 0
     assert better.selection_loss < bad.selection_loss - 5
 

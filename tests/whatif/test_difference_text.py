@@ -25,6 +25,7 @@ def told(turn: Alteration | None, apart_m: float) -> str:
     return describe_difference("without ship 2", [Hidden("2")], FACT, other, parted)
 
 
+@pytest.mark.slow
 def test_a_turn_at_once_is_not_the_same_as_one_later():
     """Both end on one heading after 17 minutes, but on tracks 0.68 NM apart."""
     pilot = pilot_named("paper-sum")

@@ -67,15 +67,27 @@ def test_pilot_of_a_log_must_be_bundled_and_have_the_same_weights():
     assert pilot_of(msgspec.structs.replace(frame, pilot="straight")).name == "straight"
 
 
+@pytest.mark.slow
 def test_command_prints_a_table_and_writes_both_futures(tmp_path, capsys):
     log, out = tmp_path / "log.jsonl", tmp_path / "out"
     write_log(log, [msgspec.structs.replace(f, pilot="straight") for f in CLOCKLESS])
-    args = ["whatif", str(log), "--at", "10", "--rudder", "-5", "--for", "30", "--minutes", "5"]
+    args = [
+        "whatif",
+        str(log),
+        "--at",
+        "10",
+        "--rudder",
+        "-5",
+        "--rudder-seconds",
+        "30",
+        "--minutes",
+        "5",
+    ]
     assert main([*args, "--out", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "as things are" in said
     assert "With the rudder 5° to port for 30 s, own ship would alter" in said
-    fact, other = (list(read_log(out / name)) for name in ("fact.jsonl", "other.jsonl"))
+    fact, other = (list(read_log(out / name)) for name in ("factual.jsonl", "counterfactual.jsonl"))
     assert len(fact) == len(other) == 61
     assert fact[0].own == other[0].own
     assert other[1].own.heading_rad < 0
@@ -89,8 +101,8 @@ def test_command_prints_a_table_and_writes_both_futures(tmp_path, capsys):
         ([], "nothing is asked"),
         (["--delete", "Borealis"], "no ship 'Borealis' from this instant on: there are Aurora"),
         (["--rudder", "20"], "own ship's goes to 5°"),
-        (["--keep", "own", "--minutes", "0"], "0 minutes"),
-        (["--keep", "own", "--pilot", "nobody"], "unknown pilot 'nobody'"),
+        (["--keep-course", "own", "--minutes", "0"], "0 minutes"),
+        (["--keep-course", "own", "--pilot", "nobody"], "unknown pilot 'nobody'"),
     ],
 )
 def test_command_refuses_in_one_line(tmp_path, capsys, more, line):

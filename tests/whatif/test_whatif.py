@@ -23,6 +23,8 @@ from glasshelm.whatif.changes import Deleted, Hidden, KeptCourse, Rudder
 from glasshelm.whatif.counterfactual_rollout import BranchRollout, roll_out
 from glasshelm.whatif.outcome import differences, outcome_of
 
+pytestmark = pytest.mark.slow
+
 SHIP = SHIPS["paper"]
 STEPS = 60
 #: What the log's rounding and the first decision after it may differ by [rad]: 0.001 degrees.

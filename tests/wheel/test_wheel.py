@@ -11,6 +11,8 @@ import pytest
 
 import glasshelm
 
+pytestmark = pytest.mark.slow
+
 PLACE = Path(glasshelm.__file__).parent
 
 

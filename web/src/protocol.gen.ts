@@ -9,31 +9,31 @@ export type Message = Request | ServerMessage;
 export type Request =
   | Open
   | Replay
-  | Pilot
+  | SetPilot
   | Compare
+  | Ping
+  | Acknowledge
+  | SetLimits
+  | AskWhatIf
   | Play
   | Pause
-  | Rate
-  | Seek
-  | Acknowledge
-  | Limits
-  | WhatIf
-  | Ping;
+  | SetRate
+  | Seek;
 export type ServerMessage =
   | Hello
   | Preparing
-  | Session
+  | SessionMessage
   | History
-  | FrameNow
+  | FrameMessage
   | Alarms
-  | Answer
-  | Banded
-  | Failure
+  | WhatIfMessage
+  | BandMessage
+  | ErrorMessage
   | Notice
   | Pong;
 
 /**
- * Begin a session. ``own`` and ``at`` are of recorded traffic only.
+ * Open a session. ``own`` and ``at`` apply to recorded traffic only.
  */
 export interface Open {
   type: "open";
@@ -44,25 +44,55 @@ export interface Open {
   at?: string | null;
 }
 /**
- * Show a log again, by its name in the catalogue.
+ * Replay a log, by its name in the catalogue.
  */
 export interface Replay {
   type: "replay";
   log: string;
 }
 /**
- * From now on another pilot decides.
+ * Let another pilot decide from now on.
  */
-export interface Pilot {
+export interface SetPilot {
   type: "pilot";
   name: string;
 }
 /**
- * Show beside it how another pilot sails the same; null: no longer.
+ * Also show how another pilot handles the same encounter; null ends it.
  */
 export interface Compare {
   type: "compare";
   name?: string | null;
+}
+export interface Ping {
+  type: "ping";
+}
+/**
+ * Acknowledge an alarm, for all viewers.
+ */
+export interface Acknowledge {
+  type: "acknowledge";
+  id: string;
+}
+/**
+ * Set the limits of the alarms, for all viewers.
+ */
+export interface SetLimits {
+  type: "limits";
+  dcpa_m: number;
+  tcpa_s: number;
+}
+/**
+ * Ask how own ship would go on from the frame shown if something were different.
+ *
+ * ``ship`` is deleted, hidden from the pilot, or keeps its course (null: own ship);
+ * ``rudder_deg`` is held for a minute, starboard positive.
+ */
+export interface AskWhatIf {
+  type: "whatif";
+  change: "delete" | "hide" | "keep_course" | "rudder";
+  ship?: string | null;
+  rudder_deg?: number | null;
 }
 export interface Play {
   type: "play";
@@ -71,9 +101,9 @@ export interface Pause {
   type: "pause";
 }
 /**
- * Seconds of the voyage a second.
+ * Set how many seconds of the voyage pass in a second.
  */
-export interface Rate {
+export interface SetRate {
   type: "rate";
   rate: number;
 }
@@ -82,94 +112,64 @@ export interface Seek {
   time_s: number;
 }
 /**
- * An alarm has been seen: for all viewers at once.
- */
-export interface Acknowledge {
-  type: "acknowledge";
-  id: string;
-}
-/**
- * An alarm is raised where DCPA and TCPA are both below these.
- */
-export interface Limits {
-  type: "limits";
-  dcpa_m?: number;
-  tcpa_s?: number;
-}
-/**
- * How own ship would go on from the frame shown if something were different.
- *
- * ``ship`` is deleted, hidden from the pilot, or keeps her course (null: own ship);
- * ``degrees`` is the rudder to hold for a minute, starboard positive.
- */
-export interface WhatIf {
-  type: "whatif";
-  change: "blind" | "deleted" | "kept" | "rudder";
-  ship?: string | null;
-  degrees?: number | null;
-}
-export interface Ping {
-  type: "ping";
-}
-/**
- * ``role`` is that of the receiver.
+ * The first message to a viewer, sent again when it changes; ``role`` is the viewer's own.
  */
 export interface Hello {
   type: "hello";
   version: string;
   catalogue: Catalogue;
-  limits: Bounds;
+  limits: AlarmLimits;
   role: "owner" | "viewer";
 }
 /**
- * All that may be opened from the page.
+ * Everything the page can open.
  */
 export interface Catalogue {
-  scenarios: Source[];
-  pilots: PilotCard[];
-  logs: LogCard[];
+  scenarios: SourceEntry[];
+  pilots: PilotEntry[];
+  logs: LogEntry[];
 }
-export interface Source {
+export interface SourceEntry {
   source: string;
   title: string;
   kind: "live" | "recorded" | "simulated";
 }
 /**
- * ``ship`` is the preset that the pilot was made for; null: any.
+ * ``ship`` is the preset the pilot was made for; null: any.
  */
-export interface PilotCard {
+export interface PilotEntry {
   name: string;
   title: string;
   kind: "classical" | "learned" | "planner";
   ship: string | null;
 }
 /**
- * A log; of a long one how many frames it has may not be known yet.
+ * A log; ``frames`` is absent while a long log has not been counted to its end.
  */
-export interface LogCard {
+export interface LogEntry {
   name: string;
   frames?: number | null;
   time_utc?: string | null;
 }
 /**
- * The limits of the alarms.
+ * An alarm is raised where DCPA and TCPA are both below these limits.
  */
-export interface Bounds {
+export interface AlarmLimits {
   dcpa_m: number;
   tcpa_s: number;
 }
 /**
- * What is being made ready while the session shown goes on; null: no more.
+ * What is being prepared while the session shown goes on; null: nothing.
  */
 export interface Preparing {
   type: "preparing";
-  what: string | null;
+  task: string | null;
 }
 /**
- * What is being shown, and how. In live traffic ``heard_s`` is the age of the last position
- * heard of any ship, ``own_s`` that of own ship's own.
+ * The session shown. The ages, of the last position of any ship and of own ship's, are those
+ * of live traffic; null: none yet, or other traffic.
  */
-export interface Session {
+export interface SessionMessage {
   type: "session";
   source: string;
   title: string;
@@ -185,12 +185,12 @@ export interface Session {
   seekable_to_s: number;
   notes: string[];
   connected: boolean;
-  heard_s: number | null;
-  own_s: number | null;
+  last_report_age_s: number | null;
+  own_position_age_s: number | null;
   log: string | null;
 }
 /**
- * All frames that the page is to hold; ``compare`` those of the compared pilot.
+ * The frames before the one shown; ``compare`` holds those of the compared pilot.
  */
 export interface History {
   type: "history";
@@ -358,21 +358,21 @@ export interface Guard {
   within_s?: number | null;
   depth?: number | null;
 }
-export interface FrameNow {
+export interface FrameMessage {
   type: "frame";
   frame: Frame;
   encounters: {
-    [k: string]: Meeting;
+    [k: string]: EncounterStatus;
   };
   sent_utc: string;
   sentence: Sentence | null;
   compare?: Frame | null;
-  path?: [number, number][] | null;
+  predicted_track?: [number, number][] | null;
 }
 /**
- * What own ship is to a target under the COLREGs, while there is risk of collision.
+ * Own ship's role towards a target under the COLREGs while risk of collision exists.
  */
-export interface Meeting {
+export interface EncounterStatus {
   type: "crossing" | "head-on" | "none" | "overtaken" | "overtaking";
   role: "give-way" | "none" | "stand-on";
   rule: string | null;
@@ -397,26 +397,26 @@ export interface Alarm {
   cause: string;
 }
 /**
- * Own ship's two futures from the frame of ``time_s`` on, a point every 30 s: as things are
- * (``fact``), and under the ``condition`` (``other``).
+ * Own ship's two futures from the frame at ``time_s`` on, a point every 30 s: as things are
+ * (``factual``), and under the ``condition`` (``counterfactual``).
  */
-export interface Answer {
+export interface WhatIfMessage {
   type: "whatif";
   time_s: number;
-  change: string;
+  change: "delete" | "hide" | "keep_course" | "rudder";
   ship: string | null;
   condition: string;
-  sentence: string;
-  fact: [number, number][];
-  other: [number, number][];
+  summary: string;
+  factual: [number, number][];
+  counterfactual: [number, number][];
 }
 /**
- * The certified rudder band of one frame: of that time, pilot and rudder, and of no other.
+ * The certified rudder band of one frame, identified by time, pilot and rudder.
  *
- * ``short`` says what is certain, ``full`` between which rudders and for which errors, or why
- * there is no band.
+ * ``short`` says what is certain; ``full`` between which rudders and for which sensor errors, or
+ * why there is no band.
  */
-export interface Banded {
+export interface BandMessage {
   type: "band";
   time_s: number;
   pilot: string;
@@ -425,8 +425,8 @@ export interface Banded {
   short: string;
   full: string;
 }
-export interface Failure {
-  type: "failure";
+export interface ErrorMessage {
+  type: "error";
   message: string;
 }
 export interface Notice {

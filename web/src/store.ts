@@ -14,19 +14,19 @@ import {
 } from "./domain/ranking";
 import type {
   Alarm,
-  Answer,
-  Banded,
-  Bounds,
+  AlarmLimits,
+  AskWhatIf,
+  BandMessage,
   Catalogue,
+  EncounterStatus,
   Frame,
-  FrameNow,
+  FrameMessage,
   Hello,
-  Meeting,
   Request,
   ServerMessage,
-  Session,
+  SessionMessage,
   Target,
-  WhatIf,
+  WhatIfMessage,
 } from "./protocol.gen";
 import { Settings } from "./settings";
 import { ReconnectingSocket, socketUrl } from "./socket";
@@ -49,23 +49,23 @@ interface Subscriber {
 export class Store {
   version = "";
   catalogue: Catalogue | null = null;
-  limits: Bounds | null = null;
+  limits: AlarmLimits | null = null;
   /** The role that the server gives this page. */
   role: Hello["role"] | null = null;
-  session: Session | null = null;
+  session: SessionMessage | null = null;
   /** What the server prepares while the session goes on. */
   preparing: string | null = null;
   frames: Frame[] = [];
   compareFrames: Frame[] = [];
   /** The last frame with what the server derived from it; after a jump in time the frame alone. */
-  current: (Partial<FrameNow> & { frame: Frame }) | null = null;
+  current: (Partial<FrameMessage> & { frame: Frame }) | null = null;
   /** The last predicted track: at high speed not every frame brings one. */
   path: [number, number][] = [];
   /** The answer to the last what-if question, until it is dismissed or old. */
-  whatIf: Answer | null = null;
+  whatIf: WhatIfMessage | null = null;
   awaitingWhatIf = false;
   /** The last certified band, of whichever frame. */
-  lastBand: Banded | null = null;
+  lastBand: BandMessage | null = null;
   alarms: Alarm[] = [];
   notices: PageNotice[] = [];
   rows: RankedTarget[] = [];
@@ -158,7 +158,7 @@ export class Store {
     return this.frame?.targets.find((t) => t.id === id) ?? null;
   }
 
-  encounter(id: string): Meeting | null {
+  encounter(id: string): EncounterStatus | null {
     return this.current?.encounters?.[id] ?? null;
   }
 
@@ -168,7 +168,7 @@ export class Store {
   }
 
   /** The certified band of the frame shown, or why it has none; `null` while that is unknown. */
-  get band(): Banded | null {
+  get band(): BandMessage | null {
     return bandForFrame(this.lastBand, this.current?.frame ?? null);
   }
 
@@ -188,13 +188,13 @@ export class Store {
   }
 
   /** Set the CPA limits; they are shown at once, until the server says otherwise. */
-  setLimits(limits: Bounds): void {
+  setLimits(limits: AlarmLimits): void {
     this.limits = limits;
     this.send({ type: "limits", ...limits });
     this.requestUpdate();
   }
 
-  askWhatIf(change: WhatIf["change"], details: { ship?: string; degrees?: number }): void {
+  askWhatIf(change: AskWhatIf["change"], details: { ship?: string; rudder_deg?: number }): void {
     this.awaitingWhatIf = true;
     this.send({ type: "whatif", change, ...details });
     this.requestUpdate();
@@ -229,7 +229,7 @@ export class Store {
         this.role = message.role;
         break;
       case "preparing":
-        this.preparing = message.what;
+        this.preparing = message.task;
         break;
       case "session":
         this.newSession(message);
@@ -253,7 +253,7 @@ export class Store {
         window.clearTimeout(this.whatIfTimer);
         this.whatIfTimer = window.setTimeout(() => this.dismissWhatIf(), WHAT_IF_MS);
         break;
-      case "failure":
+      case "error":
         this.awaitingWhatIf = false;
         this.notify(message.message, true);
         break;
@@ -266,7 +266,7 @@ export class Store {
     this.requestUpdate();
   }
 
-  private newSession(session: Session): void {
+  private newSession(session: SessionMessage): void {
     const before = this.session;
     if (before && (before.source !== session.source || before.mode !== session.mode)) this.reset();
     if (!session.compare) this.compareFrames = [];
@@ -299,12 +299,12 @@ export class Store {
     this.updateRanking();
   }
 
-  private newFrame(message: FrameNow): void {
+  private newFrame(message: FrameMessage): void {
     const before = this.frames.at(-1);
     if (before) dropSweeps(before);
     this.frames = appendFrame(this.frames, message.frame);
     if (message.compare) this.compareFrames = appendFrame(this.compareFrames, message.compare);
-    if (message.path) this.path = message.path;
+    if (message.predicted_track) this.path = message.predicted_track;
     this.current = message;
     this.deadReckoned = null;
     this.frameAt_ms = performance.now();

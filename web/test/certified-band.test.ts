@@ -1,14 +1,14 @@
 import { describe, expect, it, vi } from "vitest";
 
 import { bandForFrame, bracketEnds } from "../src/domain/certified-band";
-import type { Banded } from "../src/protocol.gen";
+import type { BandMessage } from "../src/protocol.gen";
 import { frame, frameMessage, session } from "./fixtures";
 
 vi.stubGlobal("location", { href: "http://here/" });
 vi.stubGlobal("window", globalThis);
 const { Store } = await import("../src/store");
 
-const band = (some: Partial<Banded> = {}): Banded => ({
+const band = (some: Partial<BandMessage> = {}): BandMessage => ({
   type: "band",
   time_s: 5,
   pilot: "paper-sum",

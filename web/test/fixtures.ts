@@ -1,6 +1,6 @@
 /** Plain frames and messages; each test states only what differs. */
 
-import type { Alarm, Frame, FrameNow, Session, Target } from "../src/protocol.gen";
+import type { Alarm, Frame, FrameMessage, SessionMessage, Target } from "../src/protocol.gen";
 
 export const target = (id: string, some: Partial<Target> = {}): Target => ({
   id,
@@ -52,7 +52,7 @@ export const alarm = (target: string, some: Partial<Alarm> = {}): Alarm => ({
 });
 
 /** A frame as the server sends it, without anything derived from it. */
-export const frameMessage = (shown: Frame): FrameNow => ({
+export const frameMessage = (shown: Frame): FrameMessage => ({
   type: "frame",
   frame: shown,
   encounters: {},
@@ -60,7 +60,7 @@ export const frameMessage = (shown: Frame): FrameNow => ({
   sentence: null,
 });
 
-export const session = (some: Partial<Session> = {}): Session => ({
+export const session = (some: Partial<SessionMessage> = {}): SessionMessage => ({
   type: "session",
   source: "imazu:1",
   title: "Imazu 1",
@@ -76,8 +76,8 @@ export const session = (some: Partial<Session> = {}): Session => ({
   seekable_to_s: 3600,
   notes: [],
   connected: true,
-  heard_s: null,
-  own_s: null,
+  last_report_age_s: null,
+  own_position_age_s: null,
   log: null,
   ...some,
 });

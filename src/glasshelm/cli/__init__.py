@@ -1,30 +1,33 @@
-"""The command line: finds the command, imports only that one, reports bad input in one line."""
+"""The command line: imports only the command it runs, and reports bad input in one line."""
 
+import functools
 import importlib
 import os
 import sys
+from collections.abc import Callable
+from typing import Any
 
 from glasshelm import __version__
 
-#: name -> one line of help. Each is a module of this package with a function
-#: ``run`` whose typed parameters tyro turns into options.
+#: Name and help of each command: a module of this package with a function ``run``, whose typed
+#: parameters tyro turns into options.
 COMMANDS = {
-    "bridge": "Serve the live page: simulated, recorded or live traffic, advice and reasons",
-    "evaluate": "Put pilots through suites of encounters: safety, rules, way, with intervals",
-    "exam": "Put the explanations of a pilot to the test: which of them are true",
-    "explain": "Sail an encounter and tell its story: figures, frames, report.html",
-    "run": "Sail an encounter headless and write its frames",
+    "bridge": "Show simulated, recorded or live traffic on a web page, with explained advice",
+    "evaluate": "Evaluate pilots on suites of encounters: safety, COLREGs, efficiency",
+    "explain": "Simulate an encounter and explain it: figures, frames, report.html",
+    "faithfulness": "Test whether the explanations of a pilot are true",
+    "run": "Simulate an encounter and write its frames",
     "train": "Train a pilot",
-    "whatif": "Sail on from an instant of a log with something changed: what if?",
+    "whatif": "Branch a log: what would have happened if something had been different?",
 }
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Entry point of ``glasshelm``; returns the exit status.
+    """Run a command and report errors in one line; ``GLASSHELM_DEBUG`` adds the traceback.
 
-    2: bad input, or a file or device that does not do what is asked; 70: a fault of ours;
-    130: interrupted; 141: nobody reads the output any more. Whatever goes wrong is one line
-    on standard error; with ``GLASSHELM_DEBUG`` set, a traceback where there is one.
+    Returns:
+        The exit status. 2: bad input, or a file or device that fails; 70: an internal error; 130:
+        interrupted; 141: nobody reads the output any more.
     """
     args = sys.argv[1:] if argv is None else argv
     if not args or args[0] in ("-h", "--help"):
@@ -47,7 +50,7 @@ def main(argv: list[str] | None = None) -> int:
         import tyro
 
         try:
-            tyro.cli(module.run, prog=f"glasshelm {args[0]}", args=args[1:])
+            tyro.cli(_with_compile_cache(module.run), prog=f"glasshelm {args[0]}", args=args[1:])
         finally:
             sys.stdout.flush()
     except InputError as error:
@@ -74,6 +77,19 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
+def _with_compile_cache(run: Callable[..., None]) -> Callable[..., None]:
+    """The same command; compiled programs are kept once its options have been read."""
+
+    @functools.wraps(run)
+    def run_cached(*args: Any, **options: Any) -> None:
+        from glasshelm.core.compile_cache import enable_compile_cache
+
+        enable_compile_cache()
+        run(*args, **options)
+
+    return run_cached
+
+
 def _help() -> str:
     width = max(map(len, COMMANDS))
     lines = [f"  {name:<{width}}  {line}" for name, line in COMMANDS.items()]
@@ -85,6 +101,6 @@ def _help() -> str:
             "",
             *lines,
             "",
-            "glasshelm COMMAND --help tells a command's options.",
+            "glasshelm COMMAND --help shows the options of a command.",
         ]
     )

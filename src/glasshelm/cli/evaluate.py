@@ -1,4 +1,4 @@
-"""``glasshelm evaluate``: put pilots through the examination."""
+"""``glasshelm evaluate``: evaluate pilots on suites of encounters."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -18,30 +18,27 @@ def run(
     parquet: bool = True,
     figures: bool = True,
 ) -> None:
-    """Put pilots through suites of encounters: report.md, Parquet tables and figures.
+    """Evaluate pilots on suites of encounters: report.md, Parquet tables and figures.
 
-    Finished chunks are kept in OUT/chunks: the same command goes on where
-    Ctrl-C stopped it, and a further pilot or suite sails only what is new.
+    Finished chunks are kept in OUT/chunks: the same command goes on where Ctrl-C stopped it, and
+    another pilot or suite simulates only what is new.
 
     Args:
         pilots: Bundled names, straight, planners, .safetensors files, package.module:function
             (which runs that module's code; the current folder is searched too);
-            NAME-guarded for a learned one under guard;
+            NAME-guarded for a learned pilot under guard;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
         suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
             situations:FOLDER (DNV traffic situations).
         out: Folder for everything that is written.
-        encounters: Encounters of each drawn suite (default: random 10,000, others 1,000).
-        ships: Ships for pilots that have none of their own.
-        against: Pilots that the others' risk is divided by, where they are examined too.
+        encounters: Encounters of each random suite (default: random 10,000, others 1,000).
+        ships: Own ships for pilots that are not made for one.
+        against: Baselines that the others' risk is divided by, where they are evaluated too.
         workers: This process, or a Ray cluster.
         address: Address of the Ray cluster (default: one of this machine's processors).
         parquet: Write encounters.parquet and meetings.parquet.
         figures: Draw the figures.
     """
-    from glasshelm.core.compile_cache import enable_compile_cache
-
-    enable_compile_cache()
     import shlex
     import sys
 

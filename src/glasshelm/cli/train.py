@@ -28,10 +28,10 @@ def run(
 
     Args:
         preset: paper, ddpg, fast, tiny or tiny-fast.
-        actor: How the ships are merged into one feature (Eq. 20-21 or Eq. 23).
+        actor: How the ships are merged into one feature (sum: Eq. 20-21, attention: Eq. 23).
         critic: One TD error of the total (the paper), or one for each sub-task.
         ship: Own ship: paper or large_ship.
-        seed: Seed of everything random.
+        seed: Random seed.
         out: Folder for weights, logs and snapshots.
         resume: Continue the training in OUT, with the configuration it started with.
         minutes: Stop cleanly after this many minutes.
@@ -41,11 +41,8 @@ def run(
             from the mean of several that were trained from the same start; with
             dagger.iterations=0 the preset fast then trains critics for it and nothing else.
         snapshot_s: Seconds between two snapshots to resume from.
-        tensorboard: Also write TensorBoard logs, where tensorboardX is installed.
+        tensorboard: Also write TensorBoard logs if tensorboardX is installed.
     """
-    from glasshelm.core.compile_cache import enable_compile_cache
-
-    enable_compile_cache()
     import jax
 
     from glasshelm.core.errors import InputError

@@ -254,7 +254,7 @@ def _cases_table(suite: Suite, contenders: Sequence[Seeds], evaluation: Evaluati
 def _ratios(
     contenders: Sequence[Seeds], against: Sequence[str], evaluation: EvaluationResult
 ) -> str:
-    """Risk ratios against the reference pilots that were evaluation on the same ship."""
+    """Risk ratios against the reference pilots that were evaluated on the same ship."""
     parts = []
     for name in against:
         theirs = {s[0].contender.ship_name: s for s in contenders if s[0].contender.name == name}

@@ -26,7 +26,7 @@ def worst_cases(one: SuiteResult, count: int) -> np.ndarray:
 def replay_cases(one: SuiteResult, which: np.ndarray) -> Iterator[list[Frame]]:
     """The frames of some encounters, each as long as it was measured.
 
-    They are sailed in a batch of the size that was evaluation, as near to the same
+    They are sailed in a batch of the size that was evaluated, as near to the same
     program as can be: a voyage that hangs by the last bit of a number may still differ.
     """
     if len(which) == 0:

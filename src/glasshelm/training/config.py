@@ -46,7 +46,7 @@ class TrainConfig:
     #: Iterations of DAgger and cycles of DDPG between two validations.
     iterations_between: int = 10
     cycles_between: int = 1000
-    #: Episodes of the fixed validation set; steps that are counted apart, and of all.
+    #: Episodes of the fixed validation set; steps in which critics are compared, and of all.
     validation_episodes: int = 256
     validation_steps: tuple[int, int] = (240, 480)
 

@@ -32,7 +32,7 @@ from glasshelm.training.training_state import (
     save_pilot,
     save_snapshot,
 )
-from glasshelm.training.validation import Memoryless, ValidationScore, score, validation_rollout
+from glasshelm.training.validation import ValidationScore, validate
 
 BEST_FILE, FINAL_FILE = "best.safetensors", "final.safetensors"
 
@@ -164,9 +164,7 @@ class Trainer:
         self._save(FINAL_FILE, actor, critic, result | {"stopped_early": not complete})
 
     def _score(self, actor: Actor) -> ValidationScore:
-        short, long = self.config.validation_steps
-        episodes = validation_rollout(Memoryless(actor), self._encounters, self.ship, short, long)
-        return score(episodes, float(self.ship.loa_m))
+        return validate(actor, self._encounters, self.ship, self.config.validation_steps[1])
 
     def _results(
         self, score: ValidationScore, actor: Actor, critic: SubTaskCritic | None

@@ -1,7 +1,6 @@
 """How good is an actor: rollouts of the fixed set of random encounters, without exploration."""
 
 import dataclasses
-from functools import partial
 
 import equinox as eqx
 import jax
@@ -11,27 +10,10 @@ from jaxtyping import Array, Float, Int
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import Policy
-from glasshelm.pilots.protocols import BatchPolicy, Memory
+from glasshelm.pilots.protocols import Memory
 from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import ShipParams
-from glasshelm.simulation.rollout import plain_cases, rollout
-
-
-class Rollout(eqx.Module):
-    """What happened in each encounter of a batch, over a short and a long voyage.
-
-    ``margin`` is the worst Eq. 13 (unclipped) of any target, ``range_m`` the
-    nearest centre distance; index 0: the first ``short`` steps, 1: all.
-    Returns are undiscounted, over the first ``short`` steps. ``reversals`` counts
-    the alterations taken back, of all steps (:mod:`glasshelm.ship.course_reversals`).
-    """
-
-    margin: Float[Array, "2 w"]
-    range_m: Float[Array, "2 w"]
-    return_by_task: Float[Array, "w 2"]
-    rudder: Float[Array, " w"]
-    reversals: Int[Array, " w"]
-    targets: Int[Array, " w"]
+from glasshelm.simulation.rollout import Measures, plain_cases, rollout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,7 +21,9 @@ class ValidationScore:
     """Rates and means over a validation set.
 
     An intrusion is a target inside the domain (Eq. 13 > 0) at any step, a
-    collision a centre distance below own ship's length. ``reversals`` is their mean
+    collision a centre distance below own ship's length; ``_long``: in the whole
+    voyage, else in its first 1200 s, as the undiscounted returns. ``rudder`` is the mean
+    deflection as a fraction of the limit. ``reversals`` is their mean
     number per voyage, ``weaving`` the share of voyages with ``WEAVING`` or more,
     ``intrusions_by_targets`` the long intrusion rate by number of targets.
     """
@@ -85,39 +69,30 @@ class Memoryless(eqx.Module):
         return self.actor(observation), memory
 
 
-@partial(jax.jit, static_argnames=("short", "long"))
-def validation_rollout(
-    policy: BatchPolicy, encounters: Encounter, ship: ShipParams, short: int = 240, long: int = 480
-) -> Rollout:
-    """:func:`glasshelm.simulation.rollout.rollout` of a batch of encounters, in brief.
+def validate(
+    actor: Policy, encounters: Encounter, ship: ShipParams, steps: int = 480
+) -> ValidationScore:
+    """Simulate a batch of encounters for so many steps under an actor, and score it."""
+    measures = rollout(Memoryless(actor), plain_cases(encounters, ship, steps), steps)
+    targets = np.asarray(encounters.present).sum(-1)
+    return score(jax.device_get(measures), targets, steps, float(ship.loa_m))
+
+
+def score(
+    measures: Measures, targets: Int[np.ndarray, " w"], steps: int, loa_m: float
+) -> ValidationScore:
+    """Rates and means of a batch of episodes.
 
     Args:
-        policy: What steers them all.
-        encounters: The batch.
-        ship: Own ship.
-        short: Steps of the short voyage.
-        long: Steps of the long voyage.
+        measures: What was measured of every episode.
+        targets: Number of targets of every episode.
+        steps: Steps of an episode.
+        loa_m: Own ship's length.
     """
-    cases = plain_cases(encounters, ship, long, short)
-    found = rollout(policy, cases, long)
-    return Rollout(
-        found.margin.T,
-        found.range_m.T,
-        found.return_by_task,
-        found.rudder / long,
-        found.reversals.count,
-        encounters.present.sum(-1),
-    )
-
-
-def score(episodes: Rollout, loa_m: float) -> ValidationScore:
-    """Rates and means of a batch of episodes; ``loa_m`` is own ship's length."""
-    episodes = jax.device_get(episodes)
-    intruded, collided = episodes.margin > 0, episodes.range_m < loa_m
-    intrusions, collisions = intruded.mean(-1), collided.mean(-1)
-    returns = episodes.return_by_task.mean(0)
-    numbers = range(int(episodes.targets.max(initial=0)) + 1)
-    by_number = [intruded[1][episodes.targets == n] for n in numbers]
+    intruded, collided = measures.margin > 0, measures.range_m < loa_m
+    intrusions, collisions = intruded.mean(0), collided.mean(0)
+    returns, reversals = measures.return_by_task.mean(0), measures.reversals.count
+    by_number = [intruded[targets == n, 1] for n in range(int(targets.max(initial=0)) + 1)]
     return ValidationScore(
         intrusions=float(intrusions[0]),
         intrusions_long=float(intrusions[1]),
@@ -125,8 +100,8 @@ def score(episodes: Rollout, loa_m: float) -> ValidationScore:
         collisions_long=float(collisions[1]),
         return_waypoint=float(returns[0]),
         return_collision=float(returns[1]),
-        rudder=float(episodes.rudder.mean()),
-        reversals=float(episodes.reversals.mean()),
-        weaving=float(np.mean(episodes.reversals >= WEAVING)),
+        rudder=float(measures.rudder.mean()) / steps,
+        reversals=float(reversals.mean()),
+        weaving=float((reversals >= WEAVING).mean()),
         intrusions_by_targets=tuple(float(x.mean()) if x.size else None for x in by_number),
     )

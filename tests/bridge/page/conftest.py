@@ -57,7 +57,7 @@ class Server:
 
     def start(self) -> None:
         command = [sys.executable, "-m", "glasshelm", "bridge", self.source, *self.more]
-        options = ["--port", str(self.port), "--no-open", "--log", str(self.logs)]
+        options = ["--port", str(self.port), "--no-open", "--log-dir", str(self.logs)]
         options += ["--token", self.token] if self.token else []
         said = (self.logs / "server.txt").open("ab")
         path = [str(Path(glasshelm.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
@@ -92,7 +92,7 @@ class Server:
             until = time.monotonic() + PATIENCE_S
             while time.monotonic() < until:
                 said = json.loads(line.recv(timeout=PATIENCE_S))
-                if said["type"] == "failure":
+                if said["type"] == "error":
                     if _LAST["name"] in said["message"]:
                         return
                     raise AssertionError(said["message"])

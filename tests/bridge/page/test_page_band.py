@@ -17,6 +17,8 @@ from tests.bridge.page.conftest import (
     words,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 BRACKET = "gh-advice path.bracket"
 WITHIN = "while errors stay within 10 m, 0.5°, 0.1 kn"
@@ -24,7 +26,7 @@ WITHIN = "while errors stay within 10 m, 0.5°, 0.1 kn"
 
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
-    return serve("random:35", "--pilot", "paper-sum", "--errors", "10,0.5,0.1")
+    return serve("random:35", "--pilot", "paper-sum", "--sensor-errors", "10,0.5,0.1")
 
 
 def begin(server: Server, pilot: str) -> None:

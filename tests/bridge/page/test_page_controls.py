@@ -17,6 +17,8 @@ from tests.bridge.page.conftest import (
     wait_until_equal,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 
 

@@ -18,6 +18,8 @@ from tests.bridge.page.conftest import (
     words,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 #: The longest acceptable time without a new picture [ms].
 LONGEST_GAP_MS = 1500

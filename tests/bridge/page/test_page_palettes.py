@@ -10,6 +10,8 @@ import pytest
 from tests.bridge.page.axe import axe_violations
 from tests.bridge.page.conftest import Server
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 
 

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from tests.bridge.page.conftest import Server, until, wait_for_words, wait_until_equal
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 
 

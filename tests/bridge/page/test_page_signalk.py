@@ -15,6 +15,8 @@ from tests.bridge.page.conftest import (
 )
 from tests.feeds.signalk_double import TOKEN, SignalKDouble
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 ORDER = ("vessels.self", "steering.rudderAngleTarget")
 

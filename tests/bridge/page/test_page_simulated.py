@@ -19,6 +19,8 @@ from tests.bridge.page.conftest import (
     wait_until_ready,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 
 

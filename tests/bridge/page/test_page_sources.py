@@ -11,6 +11,8 @@ from tests.bridge.page.conftest import PATIENCE_S, Server, wait_for_words, wait_
 from tests.bridge.page.test_page_stale import Receiver
 from tests.bridge.process import free_port
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 
 

@@ -6,9 +6,12 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from pyais.encode import encode_dict
 from tests.bridge.page.conftest import PATIENCE_S, Server, until, wait_for_words, wait_until_equal
 from tests.bridge.process import free_port
+
+pytestmark = pytest.mark.slow
 
 OpenPage = Callable[..., Any]
 

@@ -15,6 +15,8 @@ from tests.bridge.page.conftest import (
     words,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 OWNER, VIEWER = "owner-0123456789", "viewer-0123456789"
 #: Records the messages that a page sends, without pings.

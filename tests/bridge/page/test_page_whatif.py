@@ -15,6 +15,8 @@ from tests.bridge.page.conftest import (
     words,
 )
 
+pytestmark = pytest.mark.slow
+
 OpenPage = Callable[..., Any]
 
 

@@ -13,7 +13,7 @@ import {
   formatRudder,
   rudderOrder,
 } from "../domain/units";
-import type { Banded, Frame } from "../protocol.gen";
+import type { BandMessage, Frame } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { bandBracket, bandStyle, bandText } from "./band-bracket";
@@ -179,7 +179,7 @@ export class Advice extends StoreElement {
  * A scale to the rudder limit. The triangle is the commanded rudder, the bar the actual one, the
  * curve the critic's value of each rudder angle, the bracket the certified band.
  */
-function rudderScale(frame: Frame, compare: Frame | null, band: Banded | null, width: number) {
+function rudderScale(frame: Frame, compare: Frame | null, band: BandMessage | null, width: number) {
   const limit = Math.max(frame.ship.rudder_limit_rad, 0.01);
   const half = width / 2 - MARGIN;
   const x = (rad: number): number => width / 2 + Math.max(-1, Math.min(1, rad / limit)) * half;

@@ -4,7 +4,7 @@ import { css, html, nothing, svg } from "lit";
 import { classMap } from "lit/directives/class-map.js";
 
 import { bracketEnds } from "../domain/certified-band";
-import type { Banded } from "../protocol.gen";
+import type { BandMessage } from "../protocol.gen";
 import type { DetailLevel } from "../settings";
 
 /** The smallest width of the bracket [px]. */
@@ -48,7 +48,7 @@ export const bandStyle = css`
 `;
 
 /** The bracket around all rudder angles that sensor errors can cause, on a bar at `top`. */
-export function bandBracket(band: Banded | null, x: (rad: number) => number, top: number) {
+export function bandBracket(band: BandMessage | null, x: (rad: number) => number, top: number) {
   if (!band?.band) return nothing;
   const [low, high] = bracketEnds(band.band, x, MIN_WIDTH);
   const [up, down] = [top - ABOVE, top + BELOW];
@@ -63,7 +63,7 @@ export function bandBracket(band: Banded | null, x: (rad: number) => number, top
  * What is certain; from level 2 the band and the errors that it allows, on level 3 why there is
  * none. Until a frame's band arrives, the text of the `last` one keeps its place, invisible.
  */
-export function bandText(band: Banded | null, last: Banded | null, level: DetailLevel) {
+export function bandText(band: BandMessage | null, last: BandMessage | null, level: DetailLevel) {
   if (band && !band.band) return level > 2 ? html`<p class="band-text">${band.full}</p>` : nothing;
   const shown = band ?? last;
   if (!shown?.band) return nothing;

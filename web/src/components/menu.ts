@@ -4,14 +4,14 @@ import { css, html, nothing } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 
 import { metresToMiles, milesToMetres } from "../domain/units";
-import type { Source } from "../protocol.gen";
+import type { SourceEntry } from "../protocol.gen";
 import { SHORTCUTS } from "../shortcuts";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { inputValue, StoreElement } from "./store-element";
 import { VIEW_ONLY } from "./top-bar";
 
-const KINDS: [Source["kind"], string][] = [
+const KINDS: [SourceEntry["kind"], string][] = [
   ["simulated", "Simulated encounters"],
   ["recorded", "Recorded traffic"],
   ["live", "Live"],
@@ -377,7 +377,7 @@ export class Menu extends StoreElement {
   }
 }
 
-function sourceGroup(title: string, entries: Source[], chosen: string) {
+function sourceGroup(title: string, entries: SourceEntry[], chosen: string) {
   if (!entries.length) return nothing;
   return html`<optgroup label=${title}>
     ${entries.map((s) => html`<option value=${s.source} ?selected=${s.source === chosen}>${s.title}</option>`)}

@@ -15,7 +15,7 @@ import {
   formatValue,
   shortName,
 } from "../domain/units";
-import type { Meeting } from "../protocol.gen";
+import type { EncounterStatus } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { badgeColour, shipBadge } from "./ship-badge";
@@ -27,7 +27,7 @@ const MIN_VISIBLE_ROWS = 4;
 /** The age of an older report is marked. */
 const OLD_S = 60;
 
-const ENCOUNTERS: Record<Meeting["type"], string> = {
+const ENCOUNTERS: Record<EncounterStatus["type"], string> = {
   "head-on": "Head-on",
   crossing: "Crossing",
   overtaking: "Overtaking",
@@ -171,7 +171,7 @@ export class TargetList extends StoreElement {
   }
 }
 
-function encounterCell(encounter: Meeting | null, level: number) {
+function encounterCell(encounter: EncounterStatus | null, level: number) {
   if (!encounter || encounter.type === "none") return html`<span class="muted">–</span>`;
   const role = { "give-way": "give way", "stand-on": "stand on", none: "" }[encounter.role];
   const rule = encounter.rule ? `R${encounter.rule}` : "";

@@ -4,17 +4,17 @@ import { css, html, nothing } from "lit";
 import { customElement } from "lit/decorators.js";
 
 import { degrees, formatDuration, shortName } from "../domain/units";
-import type { WhatIf } from "../protocol.gen";
+import type { AskWhatIf } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
 import { StoreElement } from "./store-element";
 
 /** The rudder angle of the questions, or own ship's rudder limit where that is less. */
 const RUDDER_DEG = 5;
-const SHIP_QUESTIONS: [WhatIf["change"], string, string][] = [
-  ["deleted", "Not there", "What if this ship were not there?"],
-  ["blind", "Not seen", "What if the pilot did not see this ship?"],
-  ["kept", "Steady course", "What if this ship kept its course and speed?"],
+const SHIP_QUESTIONS: [AskWhatIf["change"], string, string][] = [
+  ["delete", "Not there", "What if this ship were not there?"],
+  ["hide", "Not seen", "What if the pilot did not see this ship?"],
+  ["keep_course", "Steady course", "What if this ship kept its course and speed?"],
 ];
 
 @customElement("gh-what-if")
@@ -77,7 +77,7 @@ export class WhatIfPanel extends StoreElement {
           ${[-angle, angle].map((deg) => {
             const label = `${deg < 0 ? "P" : "S"} ${Math.abs(Number(deg.toFixed(1)))}°`;
             const title = `What if the rudder went to ${label} now, for a minute?`;
-            return this.button(label, title, () => store.askWhatIf("rudder", { degrees: deg }));
+            return this.button(label, title, () => store.askWhatIf("rudder", { rudder_deg: deg }));
           })}
         </span>
         <span class="muted">
@@ -92,7 +92,7 @@ export class WhatIfPanel extends StoreElement {
     const answer = store.whatIf;
     if (!answer) return nothing;
     return html`
-      <p>${answer.sentence}</p>
+      <p>${answer.summary}</p>
       <div class="end muted">
         <span
           >Simulated for 30 min from ${formatDuration(answer.time_s)}; other ships do not

@@ -1,9 +1,9 @@
 /** The certified rudder band: which frame it belongs to, and where it lies on a scale. */
 
-import type { Banded, Frame } from "../protocol.gen";
+import type { BandMessage, Frame } from "../protocol.gen";
 
 /** `band` if it was computed for this frame: the same time, pilot and rudder. */
-export function bandForFrame(band: Banded | null, frame: Frame | null): Banded | null {
+export function bandForFrame(band: BandMessage | null, frame: Frame | null): BandMessage | null {
   if (!band || !frame) return null;
   const same =
     band.time_s === frame.time_s &&

@@ -1,6 +1,6 @@
 /** How old the data shown is, and whether the picture is live: stale data is never shown as live. */
 
-import type { Session } from "../protocol.gen";
+import type { SessionMessage } from "../protocol.gen";
 
 export interface ConnectionStatus {
   open: boolean;
@@ -26,7 +26,7 @@ export const MAX_DATA_AGE_S = 30;
  */
 export function liveness(
   connection: ConnectionStatus,
-  session: Session | null,
+  session: SessionMessage | null,
   frameAge_s: number | null,
   sessionAge_s: number,
 ): Liveness {
@@ -38,8 +38,10 @@ export function liveness(
     return { state: "waiting", text: "Waiting for the first frame" };
   if (session.mode === "live") {
     if (!session.connected) return stale("Source not connected");
-    const traffic_s = session.heard_s === null ? frameAge_s : session.heard_s + sessionAge_s;
-    const own_s = session.own_s === null ? frameAge_s : session.own_s + sessionAge_s;
+    const traffic_s =
+      session.last_report_age_s === null ? frameAge_s : session.last_report_age_s + sessionAge_s;
+    const own_s =
+      session.own_position_age_s === null ? frameAge_s : session.own_position_age_s + sessionAge_s;
     if (traffic_s > MAX_DATA_AGE_S) return stale(`No data for ${Math.round(traffic_s)} s`);
     if (own_s > MAX_DATA_AGE_S) return stale(`Own position ${Math.round(own_s)} s old`);
     if (frameAge_s > MAX_DATA_AGE_S) return stale(`No new frame for ${Math.round(frameAge_s)} s`);
@@ -58,12 +60,14 @@ export function liveness(
  * new data, so there the ages that the session reports count, not that of the frame.
  */
 export function dataAge(
-  session: Session | null,
+  session: SessionMessage | null,
   frameAge_s: number | null,
   sessionAge_s: number,
 ): number | null {
   if (frameAge_s === null || session?.mode !== "live") return frameAge_s;
-  const ages = [session.heard_s, session.own_s].filter((age_s) => age_s !== null);
+  const ages = [session.last_report_age_s, session.own_position_age_s].filter(
+    (age_s) => age_s !== null,
+  );
   return ages.length ? Math.max(...ages) + sessionAge_s : frameAge_s;
 }
 

@@ -134,7 +134,7 @@ export class PlanDisplay extends StoreElement {
       frames: store.frames,
       compare: store.compareFrames,
       path: toPositions(store.path),
-      whatIf: toPositions(store.whatIf?.other ?? []),
+      whatIf: toPositions(store.whatIf?.counterfactual ?? []),
       rows: store.rows,
       selected: store.selected,
       hovered: store.hovered,

@@ -1,25 +1,24 @@
-"""Alarms, from the closest point of approach alone: the pilot's opinion plays no part.
+"""CPA alarms, from DCPA and TCPA alone: the pilot's opinion plays no part.
 
-An alarm is raised where DCPA and TCPA of a target are both below the limits,
-and stays until either is well above: a value that trembles about its limit
-does not ring twice. One alarm a target; a lost target raises none, but keeps
-hers as long as she is shown.
+An alarm is raised when DCPA and TCPA of a target are both below the limits, and stays until either
+is well above its limit, so a value that hovers around the limit does not ring twice. Each target
+has at most one alarm. A lost target raises none, but keeps its alarm while it is shown.
 """
 
 import dataclasses
 
-from glasshelm.bridge.server.protocol import Alarm, Limits
+from glasshelm.bridge.server.protocol import DEFAULT_ALARM_LIMITS, Alarm, AlarmLimits
 from glasshelm.frames.phrases import cpa_words, duration, miles
 from glasshelm.frames.schema import Frame, Target
 
-#: An alarm goes where a value is above its limit by this factor ...
+#: An alarm ends when a value exceeds its limit by this factor ...
 RELEASE = 1.1
-#: ... or the closest approach has been past for so long [s].
+#: ... or when the closest approach has been past for so long [s].
 PAST_S = 15.0
 
 
 @dataclasses.dataclass(frozen=True)
-class _Raised:
+class _ActiveAlarm:
     id: str
     since_s: float
     acknowledged: bool = False
@@ -28,32 +27,32 @@ class _Raised:
 class AlarmList:
     """The alarms of a session; ``limits`` may be set at any time."""
 
-    def __init__(self, limits: Limits = Limits()):
+    def __init__(self, limits: AlarmLimits = DEFAULT_ALARM_LIMITS):
         self.limits = limits
-        self._raised: dict[str, _Raised] = {}
-        self._number = 0
+        self._active: dict[str, _ActiveAlarm] = {}
+        self._n_raised = 0
 
-    def see(self, frame: Frame) -> list[Alarm]:
-        """The alarms of this instant, the soonest first."""
-        here = {target.id: target for target in frame.targets}
-        raised = {i: a for i, a in self._raised.items() if i in here and self._stays(here[i])}
-        for target in here.values():
-            if target.id not in raised and self._begins(target):
-                self._number += 1
-                raised[target.id] = _Raised(f"cpa-{self._number}", frame.time_s)
-        self._raised = raised
-        told = [self._told(here[i], alarm) for i, alarm in raised.items()]
-        return sorted(told, key=lambda alarm: (alarm.tcpa_s, alarm.dcpa_m))
+    def update(self, frame: Frame) -> list[Alarm]:
+        """Return the alarms of this frame, soonest first."""
+        targets = {target.id: target for target in frame.targets}
+        kept = {i: a for i, a in self._active.items() if i in targets and self._stays(targets[i])}
+        for target in targets.values():
+            if target.id not in kept and self._is_raised(target):
+                self._n_raised += 1
+                kept[target.id] = _ActiveAlarm(f"cpa-{self._n_raised}", frame.time_s)
+        self._active = kept
+        alarms = [self._message(targets[i], alarm) for i, alarm in kept.items()]
+        return sorted(alarms, key=lambda alarm: (alarm.tcpa_s, alarm.dcpa_m))
 
     def acknowledge(self, id: str) -> bool:
-        """Whether there is such an alarm; acknowledged from now on."""
-        for target, alarm in self._raised.items():
+        """Acknowledge an alarm; return whether there is such an alarm."""
+        for target, alarm in self._active.items():
             if alarm.id == id:
-                self._raised[target] = dataclasses.replace(alarm, acknowledged=True)
+                self._active[target] = dataclasses.replace(alarm, acknowledged=True)
                 return True
         return False
 
-    def _begins(self, target: Target) -> bool:
+    def _is_raised(self, target: Target) -> bool:
         near = target.dcpa_m < self.limits.dcpa_m
         return near and 0 <= target.tcpa_s < self.limits.tcpa_s and not target.lost
 
@@ -61,8 +60,8 @@ class AlarmList:
         near = target.dcpa_m <= RELEASE * self.limits.dcpa_m
         return target.lost or (near and -PAST_S < target.tcpa_s <= RELEASE * self.limits.tcpa_s)
 
-    def _told(self, target: Target, alarm: _Raised) -> Alarm:
-        limit = f"limits {miles(self.limits.dcpa_m)} and {duration(self.limits.tcpa_s)}"
+    def _message(self, target: Target, alarm: _ActiveAlarm) -> Alarm:
+        limits = f"limits {miles(self.limits.dcpa_m)} and {duration(self.limits.tcpa_s)}"
         lost = "; lost, as last heard" if target.lost else ""
         return Alarm(
             alarm.id,
@@ -72,5 +71,5 @@ class AlarmList:
             target.tcpa_s,
             alarm.since_s,
             "acknowledged" if alarm.acknowledged else "unacknowledged",
-            f"{cpa_words(target.dcpa_m, target.tcpa_s)}; {limit}{lost}",
+            f"{cpa_words(target.dcpa_m, target.tcpa_s)}; {limits}{lost}",
         )

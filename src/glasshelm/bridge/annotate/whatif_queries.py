@@ -1,12 +1,12 @@
-"""What-if questions of a viewer: the frame shown is branched into two futures."""
+"""What-if questions of a viewer: branch the frame shown, and simulate both futures."""
 
 import dataclasses
 from collections.abc import Callable
 
 import msgspec
 
-from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.sessions.session import Session
+from glasshelm.bridge.server.protocol import AskWhatIf, WhatIfMessage
+from glasshelm.bridge.sessions.session import Session, track_points
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
@@ -15,68 +15,67 @@ from glasshelm.whatif.changes import Change, Deleted, Hidden, KeptCourse, Rudder
 from glasshelm.whatif.counterfactual_rollout import BranchRollout
 from glasshelm.whatif.logged_world import pilot_of
 
-#: Frames before the one shown that a pilot's memory is rebuilt from (20 minutes); networks need 4.
-BEFORE = 240
-#: A memory is begun at a multiple of so many frames: whoever looks every 2nd, 3rd, … 6th or 12th
-#: decision looks again at the same frames as in the voyage.
-PHASE = 60
+#: Frames before the one shown that rebuild a pilot's memory (20 minutes); networks need 4.
+FRAMES_BEFORE = 240
+#: The first of them has a multiple of this number: a pilot that decides every 2nd, 3rd, … 6th or
+#: 12th frame then decides at the same frames as in the voyage.
+FIRST_MULTIPLE = 60
 #: Frames after it at most, where the log goes on.
-AFTER = 360
-#: One point of a track so often.
-POINT_S = 30.0
+FRAMES_AFTER = 360
 
 
 @dataclasses.dataclass(frozen=True)
-class Question:
-    """Everything that an answer needs, taken from the session while nobody else uses it."""
+class WhatIfQuery:
+    """Everything an answer needs, copied from the session while nobody else uses it."""
 
-    asked: m.WhatIf
+    request: AskWhatIf
     frames: list[Frame]
     number: int
     pilot: Pilot
 
     @staticmethod
-    def of(asked: m.WhatIf, session: Session, named: Callable[[str], Pilot]) -> "Question":
-        """The question about the frame shown; its pilot is the one that made that frame."""
-        at, record = session.at, session.record
-        if at < 0:
+    def from_request(
+        request: AskWhatIf, session: Session, pilot_named: Callable[[str], Pilot]
+    ) -> "WhatIfQuery":
+        """A question about the frame shown, for the pilot that made that frame."""
+        index, log = session.index, session.log
+        if index < 0:
             raise InputError("nothing is shown yet")
-        first, end = max(at - BEFORE, 0), min(at + 1 + AFTER, len(record))
-        first = max(first - first % PHASE, record.first)
+        first = max(index - FRAMES_BEFORE, 0)
+        first = max(first - first % FIRST_MULTIPLE, log.first)
         decode = msgspec.json.Decoder(Frame).decode
-        frames = [decode(line) for line in record.lines(first, end)]
-        number = at - first
-        return Question(asked, frames, number, pilot_of(frames[number], named))
+        lines = log.lines(first, min(index + 1 + FRAMES_AFTER, len(log)))
+        frames, number = [decode(line) for line in lines], index - first
+        return WhatIfQuery(request, frames, number, pilot_of(frames[number], pilot_named))
 
 
-def answered(question: Question) -> m.Answer:
-    """Sail both futures for half an hour. InputError for what cannot be asked of this frame."""
-    asked = question.asked
-    change = _change(asked)
-    told = what_if(question.frames, question.number, question.pilot, [change], MINUTES)
-    return m.Answer(
-        time_s=question.frames[question.number].time_s,
-        change=asked.change,
-        ship=asked.ship,
-        condition=told.counterfactual.condition,
-        sentence=told.summary,
-        fact=_points(told.factual),
-        other=_points(told.counterfactual),
+def answer(query: WhatIfQuery) -> WhatIfMessage:
+    """Simulate both futures for half an hour. InputError for what this frame does not allow."""
+    request = query.request
+    change = _change(request)
+    result = what_if(query.frames, query.number, query.pilot, [change], MINUTES)
+    return WhatIfMessage(
+        time_s=query.frames[query.number].time_s,
+        change=request.change,
+        ship=request.ship,
+        condition=result.counterfactual.condition,
+        summary=result.summary,
+        factual=_points(result.factual),
+        counterfactual=_points(result.counterfactual),
     )
 
 
-def _change(asked: m.WhatIf) -> Change:
-    if asked.change == "rudder":
-        if asked.degrees is None:
-            raise InputError("a rudder in degrees is asked for")
-        return Rudder(float(asked.degrees))
-    if asked.change == "kept":
-        return KeptCourse(asked.ship)
-    if asked.ship is None:
-        raise InputError("which ship? name her by her id")
-    return (Deleted if asked.change == "deleted" else Hidden)(asked.ship)
+def _change(request: AskWhatIf) -> Change:
+    if request.change == "rudder":
+        if request.rudder_deg is None:
+            raise InputError("give rudder_deg, a rudder in degrees")
+        return Rudder(float(request.rudder_deg))
+    if request.change == "keep_course":
+        return KeptCourse(request.ship)
+    if request.ship is None:
+        raise InputError("which ship? give its id")
+    return (Deleted if request.change == "delete" else Hidden)(request.ship)
 
 
 def _points(future: BranchRollout) -> list[list[float]]:
-    every = max(round(POINT_S / future.branch.settings.step_s), 1)
-    return future.track_m[::every].round(1).tolist()
+    return track_points(future.track_m, future.branch.settings.step_s)

@@ -1,4 +1,4 @@
-"""What may take long (programs are compiled) is done apart, one thing at a time."""
+"""Jobs that may take long (programs are compiled), one at a time in a thread of their own."""
 
 import asyncio
 import contextlib
@@ -6,81 +6,77 @@ from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from glasshelm.bridge.server import protocol as m
+from glasshelm.bridge.server.protocol import Outgoing, Preparing, encode
 
 Result = TypeVar("Result")
-Told = tuple[str, bytes]
 
 
-class Preparing:
-    """A second thread beside the voyage's; ``tell`` lets all viewers know what it is busy with."""
+class BackgroundJobs:
+    """Runs jobs beside the session; ``broadcast`` tells all viewers which one is running."""
 
-    def __init__(self, tell: Callable[[list[Told]], None]):
-        self._tell = tell
-        self._lock, self._name, self._what = asyncio.Lock(), "", ""
+    def __init__(self, broadcast: Callable[[list[Outgoing]], None]):
+        self._broadcast = broadcast
+        self._lock, self._name, self._shown = asyncio.Lock(), "", ""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="prepare")
 
     @property
-    def told(self) -> list[Told]:
-        """What a viewer that joins now must receive."""
-        return [_message(self._what)] if self._what else []
+    def snapshot(self) -> list[Outgoing]:
+        """What a viewer who joins now is sent."""
+        return [encode(Preparing(self._shown))] if self._shown else []
 
     @contextlib.asynccontextmanager
-    async def of(self, what: str) -> AsyncIterator[None]:
-        """One at a time; all viewers are notified."""
+    async def announce(self, name: str) -> AsyncIterator[None]:
+        """Wait for other jobs, then show this name to all viewers until the block ends."""
         async with self._lock:
-            self._loop, self._name = asyncio.get_running_loop(), what
-            self._say(what)
+            self._loop, self._name = asyncio.get_running_loop(), name
+            self._show(name)
             try:
                 yield
             finally:
                 self._name = ""
-                self._say("")
+                self._show("")
 
-    def share(self, done: float) -> None:
-        """Tell how much of it is done (0 to 1); called in the thread."""
+    def report_progress(self, share: float) -> None:
+        """Show which share of the job is done (0 to 1); called in the thread."""
         name = self._name
         if self._loop is not None and name:
-            self._loop.call_soon_threadsafe(self._progress, name, done)
+            self._loop.call_soon_threadsafe(self._show_progress, name, share)
 
-    def _progress(self, name: str, done: float) -> None:
-        if name == self._name:  # not over by now
-            self._say(f"{name} ({done:.0%})")
+    def _show_progress(self, name: str, share: float) -> None:
+        if name == self._name:  # it is still running
+            self._show(f"{name} ({share:.0%})")
 
-    def _say(self, what: str) -> None:
-        self._what = what
-        self._tell([_message(what or None)])
+    def _show(self, text: str) -> None:
+        self._shown = text
+        self._broadcast([encode(Preparing(text or None))])
 
-    async def done(
-        self, job: Callable[[], Result], unwanted: Callable[[Result], object] | None = None
+    async def run(
+        self, job: Callable[[], Result], discard: Callable[[Result], object] | None = None
     ) -> Result:
-        """The result of a job in the thread.
+        """Run a job in the thread and return its result.
 
-        If nobody waits for it any more it is not begun; of one begun the result is ``unwanted``.
+        If the caller is cancelled a waiting job is not started, and the result of a running one is
+        passed to ``discard``.
         """
         future = self._thread.submit(job)
         try:
             return await asyncio.wrap_future(future)
         except asyncio.CancelledError:
-            if unwanted is not None:
-                future.add_done_callback(lambda done: _dispose(done, unwanted))
+            if discard is not None:
+                future.add_done_callback(lambda done: _discard(done, discard))
             raise
 
-    async def over(self) -> None:
-        """Wait until nothing is being prepared."""
+    async def wait_idle(self) -> None:
+        """Wait until no job is running."""
         async with self._lock:
             pass
 
     def close(self) -> None:
-        """Begin nothing more. A compiler cannot be stopped, and is not waited for."""
+        """Start nothing more. A compiler cannot be stopped, and is not waited for."""
         self._thread.shutdown(wait=False, cancel_futures=True)
 
 
-def _dispose(done: Future[Result], unwanted: Callable[[Result], object]) -> None:
+def _discard(done: Future[Result], discard: Callable[[Result], object]) -> None:
     if not done.cancelled() and done.exception() is None:
-        unwanted(done.result())
-
-
-def _message(what: str | None) -> Told:
-    return "preparing", m.written(m.Preparing(what))
+        discard(done.result())

@@ -1,4 +1,4 @@
-"""What goes wrong while the server runs: told until it is over, and never the end of the watch."""
+"""What is failing while the server runs: reported until it recovers, and never the end of it."""
 
 import asyncio
 import contextlib
@@ -13,102 +13,105 @@ from glasshelm.feeds.connection import Backoff
 
 Result = TypeVar("Result")
 
-#: A task that was begun again and has run for so long [s] is well.
-HEALED_S = 5.0
-#: Of what an unexpected error says, so much is told.
-_LONGEST = 200
+#: A task that was restarted and has run for so long [s] has recovered.
+RECOVERED_S = 5.0
+#: So many characters of an unexpected error are shown.
+_MAX_LENGTH = 200
 _FOLDERS = re.compile(r"(?:[A-Za-z]:)?(?:[\\/][^\s\\/'\":]+)+[\\/]")
 _log = logging.getLogger("glasshelm.bridge")
 
 
-def one_line(error: BaseException) -> str:
-    """An error as one short line that names no folder."""
+def describe_error(error: BaseException) -> str:
+    """Describe an error in one short line that names no folder."""
     if isinstance(error, InputError):
         return str(error)
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     text = _FOLDERS.sub("", " ".join(str(error).split()))
     name = type(error).__name__
-    return f"{name}: {text}"[:_LONGEST] if text else name
+    return f"{name}: {text}"[:_MAX_LENGTH] if text else name
 
 
-class Faults:
-    """What is failing now, by its part: the notes and ``/api/health`` tell it until it heals.
+class FaultLog:
+    """What is failing now, by part: the page and ``/api/health`` show it until it recovers.
 
-    May be used by any thread.
+    Thread-safe.
     """
 
     def __init__(self) -> None:
-        self._now: dict[str, str] = {}
+        self._faults: dict[str, str] = {}
 
     def __contains__(self, part: str) -> bool:
-        return part in self._now
+        return part in self._faults
 
     @property
-    def told(self) -> list[str]:
+    def messages(self) -> list[str]:
         """One line for each part that fails."""
-        return list(self._now.values())
+        return list(self._faults.values())
 
-    def fails(self, part: str, error: BaseException, then: str = "it is tried again") -> str:
-        """A part has failed; returns the message about it. Its traceback is logged once."""
+    def record(self, part: str, error: BaseException, action: str = "retrying") -> str:
+        """Record that a part failed and what is done about it; return the message.
+
+        The traceback is logged once.
+        """
         expected = isinstance(error, InputError)
-        told = str(error) if expected else f"{part} failed ({one_line(error)}): {then}"
-        if self._now.get(part) != told:
+        message = str(error) if expected else f"{part} failed ({describe_error(error)}): {action}"
+        if self._faults.get(part) != message:
             if expected:
-                _log.warning("%s", told)
+                _log.warning("%s", message)
             else:
-                _log.error("%s", told, exc_info=error)
-        self._now[part] = told
-        return told
+                _log.error("%s", message, exc_info=error)
+        self._faults[part] = message
+        return message
 
-    def heals(self, part: str) -> None:
-        """A part has done its work."""
-        if self._now.pop(part, None) is not None:
-            _log.warning("%s: well again", part)
+    def clear(self, part: str) -> None:
+        """Record that a part works."""
+        if self._faults.pop(part, None) is not None:
+            _log.warning("%s: recovered", part)
 
     @contextlib.contextmanager
-    def contained(self, part: str) -> Iterator[None]:
-        """Failures within are reported, and go no further."""
+    def contain(self, part: str) -> Iterator[None]:
+        """Record a failure of the block instead of raising it."""
         try:
             yield
         except Exception as error:
-            self.fails(part, error)
+            self.record(part, error)
         else:
-            self.heals(part)
+            self.clear(part)
 
 
-async def supervised(
+async def supervise(
     part: str,
     run: Callable[[], Awaitable[None]],
-    faults: Faults,
-    told: Callable[[str], None] = lambda text: None,
+    faults: FaultLog,
+    on_fault: Callable[[str], None] = lambda message: None,
 ) -> None:
-    """Run what is meant to run for ever; where it fails it is begun again, after longer waits.
+    """Run a task that should run for ever; restart it where it fails, after ever longer waits.
 
-    Ends when it ends by itself, or is cancelled. ``told`` is called with each new reason.
+    Returns when the task returns. ``on_fault`` is called with each new message.
     """
-    loop, backoff, before = asyncio.get_running_loop(), Backoff(), ""
+    loop, backoff, last_message = asyncio.get_running_loop(), Backoff(), ""
     while True:
-        begun = loop.time()
-        healing = loop.call_later(HEALED_S, faults.heals, part)
+        start = loop.time()
+        recovery = loop.call_later(RECOVERED_S, faults.clear, part)
         try:
             await run()
-            faults.heals(part)
+            faults.clear(part)
             return
         except Exception as error:
-            text = faults.fails(part, error)
+            message = faults.record(part, error)
         finally:
-            healing.cancel()
-        if text != before:
-            told(text)
-        before = text
-        if loop.time() - begun > HEALED_S:
+            recovery.cancel()
+        if message != last_message:
+            on_fault(message)
+        last_message = message
+        if loop.time() - start > RECOVERED_S:
             backoff.succeeded()
         await backoff.wait()
 
 
-def bounded(job: Callable[[], Result]) -> Result:
-    """A job for a thread, whose failure is only its own: it neither ends nor cancels a task."""
+def run_isolated(job: Callable[[], Result]) -> Result:
+    """Run a job in a thread so that its failure neither ends nor cancels the task that waits."""
     try:
         return job()
     except Exception as error:

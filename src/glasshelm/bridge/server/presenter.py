@@ -1,4 +1,4 @@
-"""A session as its viewers get it: its frames as messages, with what accompanies them."""
+"""Turns a session into messages: its frames, with what is shown beside them."""
 
 import time
 from datetime import UTC, datetime
@@ -6,211 +6,196 @@ from datetime import UTC, datetime
 import msgspec
 
 from glasshelm.bridge.annotate.alarms import AlarmList
-from glasshelm.bridge.annotate.frame_annotator import ALARMS, Lookout
+from glasshelm.bridge.annotate.frame_annotator import RAISING_ALARMS, FrameAnnotator
 from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.server.fault_log import Faults
-from glasshelm.bridge.sessions.session import Predicted, Session
-from glasshelm.bridge.sessions.session_log import Past
+from glasshelm.bridge.server.fault_log import FaultLog
+from glasshelm.bridge.server.protocol import Outgoing, encode
+from glasshelm.bridge.sessions.session import PredictedTrack, Session, track_points
+from glasshelm.bridge.sessions.session_log import RecentLines
 from glasshelm.env.observe import FRAMES
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 
-#: A message and its kind.
-Told = tuple[str, bytes]
-#: The track ahead is predicted no oftener than this (at ×60 not for every frame).
+#: The track ahead is predicted at most this often (at ×60 not for every frame).
 PREDICT_EVERY_S = 0.25
-#: One point of the predicted track so often.
-POINT_S = 30.0
-#: So many frames before a jump are seen again, for the rules' meetings.
-SEEN_AGAIN = 240
-#: And so many bytes of them at most.
-SEEN_AGAIN_BYTES = 64_000_000
+#: After a jump so many frames are read again to classify the encounters ...
+REREAD_FRAMES = 240
+#: ... and at most so many bytes of them.
+REREAD_BYTES = 64_000_000
 
 
-class Stage:
-    """Runs in the worker thread, except for what only reads: ``session_now``, properties.
+class Presenter:
+    """Runs in the worker thread, except for :meth:`session_message` and the properties.
 
-    A viewer that joins later is served from memory: the last frame, and the history.
+    Viewers who join later are served from memory, not from the log.
     """
 
-    def __init__(self, session: Session, limits: m.Limits):
+    def __init__(self, session: Session, limits: m.AlarmLimits):
         self.session = session
-        self._faults = Faults()
-        self._alarms = AlarmList(limits)
-        self._lookout = Lookout(self._alarms, self._faults)
-        #: The frame shown and that of the compared pilot, as they stand in their logs, and those
-        #: before them.
+        #: The frame shown, and its alarms.
+        self.frame: Frame | None = None
+        self.alarms: list[m.Alarm] = []
+        self._fault_log = FaultLog()
+        self._alarm_list = AlarmList(limits)
+        self._annotator = FrameAnnotator(self._alarm_list, self._fault_log)
+        self._log = session.log
+        # The lines of the frame shown and of the compared pilot's, and those before them.
         self._line: bytes | None = None
-        self._line_beside: bytes | None = None
-        self._past, self._past_beside = Past(), Past()
-        self._record = session.record
-        self._frame: Frame | None = None
-        self._told: bytes | None = None
-        self._listed: list[m.Alarm] = []
-        self._ahead: Predicted | None = None
-        self._ahead_of = 0
+        self._compared_line: bytes | None = None
+        self._past, self._compared_past = RecentLines(), RecentLines()
+        self._frame_message: Outgoing | None = None
+        self._prediction: PredictedTrack | None = None
+        self._prediction_index = 0
         self._predicted_at = -1e9
 
     @property
-    def frame(self) -> Frame | None:
-        """The frame shown."""
-        return self._frame
+    def alarms_are_current(self) -> bool:
+        return RAISING_ALARMS not in self._fault_log
 
     @property
-    def sound(self) -> bool:
-        """Whether its alarms are of the frame shown."""
-        return ALARMS not in self._faults
-
-    @property
-    def troubles(self) -> list[str]:
-        """What goes wrong now, one line each."""
-        return [*self._faults.told, *self.session.troubles]
+    def faults(self) -> list[str]:
+        """What is going wrong, a line each."""
+        return [*self._fault_log.messages, *self.session.status().faults]
 
     @property
     def recent(self) -> tuple[Frame, ...]:
-        """The frame shown and those before it that the pilot saw (Eq. 12)."""
-        return self._lookout.recent(FRAMES)
+        """The frame shown and those before it that the pilot observed (Eq. 12)."""
+        return self._annotator.recent(FRAMES)
 
-    @property
-    def alarms(self) -> list[m.Alarm]:
-        """The alarms of the frame shown."""
-        return self._listed
-
-    def forward(self) -> list[Told] | None:
-        """The messages of the next frame; None where there is none (yet)."""
-        frame = self.session.forward()
+    def advance(self) -> list[Outgoing] | None:
+        """Show the next frame and return its messages; None if there is none (yet)."""
+        frame = self.session.next_frame()
         if frame is None:
             return None
-        record = self.session.record
-        if record is not self._record:
+        if self.session.log is not self._log:
             return self._after_jump()  # a new log has begun
+        line, compared_line = self._read_lines()
         if self._line is not None:
-            self._past.add(self._line)
-        if self._line_beside is not None:
-            self._past_beside.add(self._line_beside)
-        self._line, self._line_beside = record.line(self.session.at), self.session.beside_now()
-        return self._tell(frame)
+            self._past.append(self._line)
+            self._past.trim()
+        if self._compared_line is not None:
+            self._compared_past.append(self._compared_line)
+            self._compared_past.trim()
+        return self._show(frame, line, compared_line)
 
-    def present(self) -> list[Told]:
-        """Everything that a viewer needs who knows nothing yet."""
-        history = m.History(_raw(self._past.lines), _raw(self._past_beside.lines))
-        told = [("history", m.written(history))]
-        if self._told is not None:
-            told += [("frame", self._told), self._alarm_list()]
-        return told
+    def snapshot(self) -> list[Outgoing]:
+        """Return everything that a new viewer needs."""
+        past, compared = (
+            [msgspec.Raw(line) for line in recent.lines]
+            for recent in (self._past, self._compared_past)
+        )
+        messages = [encode(m.History(past, compared))]
+        if self._frame_message is not None:
+            messages += [self._frame_message, self._alarms_message()]
+        return messages
 
-    def seek(self, time_s: float) -> list[Told]:
+    def seek(self, time_s: float) -> list[Outgoing]:
         self.session.seek(time_s)
         return self._after_jump()
 
-    def hand_over(self, pilot: Pilot) -> list[Told]:
-        self.session.hand_over(pilot)
+    def set_pilot(self, pilot: Pilot) -> list[Outgoing]:
+        self.session.set_pilot(pilot)
         return self._after_jump()
 
-    def compare(self, pilot: Pilot | None) -> list[Told]:
+    def compare(self, pilot: Pilot | None) -> list[Outgoing]:
         self.session.compare(pilot)
         return self._after_jump()
 
-    def acknowledge(self, id: str) -> list[Told] | None:
-        """None if there is no such alarm."""
-        return self._alarms_again() if self._alarms.acknowledge(id) else None
+    def acknowledge(self, id: str) -> list[Outgoing] | None:
+        """Acknowledge an alarm; None if there is no such alarm."""
+        return self._update_alarms() if self._alarm_list.acknowledge(id) else None
 
-    def limit(self, limits: m.Limits) -> list[Told]:
-        self._alarms.limits = limits
-        return self._alarms_again()
+    def set_limits(self, limits: m.AlarmLimits) -> list[Outgoing]:
+        self._alarm_list.limits = limits
+        return self._update_alarms()
 
-    def session_now(self, playing: bool, rate: float, *notes: str) -> bytes:
-        """The ``session`` message, with these notes before the session's own."""
-        session, card = self.session, self.session.card
-        first, last = session.reach_s
-        now = m.Session(
-            source=card.source,
-            title=card.title,
-            mode=card.mode,
-            pilot=session.pilot,
-            compare=session.compared,
-            ship=card.ship,
+    def session_message(self, playing: bool, rate: float, *notes: str) -> Outgoing:
+        """Return the ``session`` message, with these notes before the session's own."""
+        session, info, status = self.session, self.session.info, self.session.status()
+        first_s, last_s = status.seekable_range_s
+        message = m.SessionMessage(
+            source=info.source,
+            title=info.title,
+            mode=info.mode,
+            pilot=status.pilot,
+            compare=status.compared,
+            ship=info.ship,
             playing=playing,
             rate=rate,
-            time_s=session.record.times[session.at] if session.at >= 0 else first,
-            end_s=card.end_s,
-            seekable_from_s=first,
-            seekable_to_s=last,
-            notes=list(dict.fromkeys((*notes, *self._faults.told, *card.notes))),
-            connected=session.connected,
-            heard_s=session.heard_s,
-            own_s=session.own_s,
-            log=None if session.record.path is None else session.record.path.name,
+            time_s=session.log.times[session.index] if session.index >= 0 else first_s,
+            end_s=info.end_s,
+            seekable_from_s=first_s,
+            seekable_to_s=last_s,
+            notes=list(dict.fromkeys((*notes, *self._fault_log.messages, *info.notes))),
+            connected=status.connected,
+            last_report_age_s=status.last_report_age_s,
+            own_position_age_s=status.own_position_age_s,
+            log=None if session.log.path is None else session.log.path.name,
         )
-        return m.written(now)
+        return encode(message)
 
     def close(self) -> None:
         self.session.close()
 
-    def _after_jump(self) -> list[Told]:
-        record, at = self.session.record, self.session.at
-        beside = self.session.beside()
-        if at < 0:
-            return self.present()
-        before, line, line_beside = record.history(at), record.line(at), self.session.beside_now()
-        self._past.fill(before)
-        self._past_beside.fill(beside)
-        self._record, self._line, self._line_beside = record, line, line_beside
-        self._lookout.again(record.history(at, SEEN_AGAIN, SEEN_AGAIN_BYTES))
+    def _after_jump(self) -> list[Outgoing]:
+        """Show the session's frame after the frames before it were read from the log."""
+        log, index = self.session.log, self.session.index
+        if index < 0:
+            return self.snapshot()
+        frame, lines = log.frame(index), self._read_lines()
+        past = RecentLines(log.history(index))
+        compared_past = RecentLines(self.session.compared_history())
+        self._annotator.reset(log.history(index, REREAD_FRAMES, REREAD_BYTES))
+        self._log, self._past, self._compared_past = log, past, compared_past
         self._predicted_at = -1e9
-        self._tell(record.frame(at))
-        return self.present()
+        self._show(frame, *lines)
+        return self.snapshot()
 
-    def _tell(self, frame: Frame) -> list[Told]:
-        assert self._line is not None
-        fresh = None
-        with self._faults.contained("predicting the track ahead"):
-            fresh = self._predict()
-        beside = self._lookout.see(frame, self._left())
-        compared = self._line_beside
-        message = m.FrameNow(
-            frame=msgspec.Raw(self._line),
-            encounters=beside.encounters,
+    def _read_lines(self) -> tuple[bytes, bytes | None]:
+        return self.session.log.line(self.session.index), self.session.compared_line()
+
+    def _show(self, frame: Frame, line: bytes, compared_line: bytes | None) -> list[Outgoing]:
+        self._line, self._compared_line = line, compared_line
+        new = None
+        with self._fault_log.contain("predicting the track ahead"):
+            new = self._predict()
+        annotations = self._annotator.annotate(frame, self._remaining_prediction())
+        message = m.FrameMessage(
+            frame=msgspec.Raw(line),
+            encounters=annotations.encounters,
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z"),
-            sentence=beside.sentence,
-            compare=None if compared is None else msgspec.Raw(compared),
-            path=None if fresh is None else _points(fresh),
+            sentence=annotations.sentence,
+            compare=None if compared_line is None else msgspec.Raw(compared_line),
+            predicted_track=None if new is None else track_points(new.rows, new.step_s),
         )
-        self._frame, self._told = frame, m.written(message)
-        told = [("frame", self._told)]
-        if beside.alarms != self._listed:
-            self._listed = beside.alarms
-            told.append(self._alarm_list())
-        return told
+        self.frame, self._frame_message = frame, encode(message)
+        messages = [self._frame_message]
+        if annotations.alarms != self.alarms:
+            self.alarms = annotations.alarms
+            messages.append(self._alarms_message())
+        return messages
 
-    def _predict(self) -> Predicted | None:
-        """The track ahead, where it is time to predict it again."""
+    def _predict(self) -> PredictedTrack | None:
+        """Return the track ahead, if it is time to predict it again."""
         if time.monotonic() - self._predicted_at < PREDICT_EVERY_S:
             return None
-        self._ahead = None
-        self._ahead, self._ahead_of = self.session.predicted(), self.session.at
+        self._prediction = None
+        self._prediction = self.session.predicted_track()
+        self._prediction_index = self.session.index
         self._predicted_at = time.monotonic()
-        return self._ahead
+        return self._prediction
 
-    def _left(self) -> Predicted | None:
-        """What of the last prediction still lies ahead."""
-        if self._ahead is None:
+    def _remaining_prediction(self) -> PredictedTrack | None:
+        """Return what still lies ahead of the last prediction."""
+        if self._prediction is None:
             return None
-        return Predicted(self._ahead.step_s, self._ahead.rows[self.session.at - self._ahead_of :])
+        past = self.session.index - self._prediction_index
+        return PredictedTrack(self._prediction.step_s, self._prediction.rows[past:])
 
-    def _alarms_again(self) -> list[Told]:
-        if self._frame is not None:
-            self._listed = self._alarms.see(self._frame)
-        return [self._alarm_list()]
+    def _update_alarms(self) -> list[Outgoing]:
+        if self.frame is not None:
+            self.alarms = self._alarm_list.update(self.frame)
+        return [self._alarms_message()]
 
-    def _alarm_list(self) -> Told:
-        return "alarms", m.written(m.Alarms(self._listed))
-
-
-def _raw(lines: list[bytes]) -> list[msgspec.Raw]:
-    return [msgspec.Raw(line) for line in lines]
-
-
-def _points(ahead: Predicted) -> list[list[float]]:
-    every = max(round(POINT_S / ahead.step_s), 1)
-    return ahead.rows[::every, :2].astype(float).round(1).tolist()
+    def _alarms_message(self) -> Outgoing:
+        return encode(m.Alarms(self.alarms))

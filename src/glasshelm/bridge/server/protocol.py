@@ -1,155 +1,154 @@
-"""What the page and the server say to each other: JSON objects, each with its ``type``.
+"""The messages between the page and the server: JSON objects, each with a ``type``.
 
-docs/reference/bridge.md holds the same as a table. Frames travel as the bytes that stand
-in the log: they are encoded once, however many look on.
+docs/reference/bridge.md lists them in a table. A frame travels as the bytes of its line in the
+log, so it is encoded once however many viewers there are.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Band
 
-#: Longer messages of a viewer are refused [bytes].
-LARGEST = 64 * 1024
+#: Longer requests are refused [bytes].
+MAX_REQUEST_BYTES = 64 * 1024
 
-Word = Annotated[str, msgspec.Meta(max_length=200)]
-Kind = Literal["simulated", "recorded", "live"]
+ShortText = Annotated[str, msgspec.Meta(max_length=200)]
+SourceKind = Literal["simulated", "recorded", "live"]
 Mode = Literal["simulated", "recorded", "live", "replay"]
-#: An owner may change what all see; a viewer looks on, and may ask what-if.
+#: An owner may change what everybody sees; a viewer may only watch, and ask what-if questions.
 Role = Literal["owner", "viewer"]
-#: A frame as it stands in the log, encoded once.
+#: What a what-if question changes.
+Change = Literal["delete", "hide", "keep_course", "rudder"]
+#: A frame as its line in the log, encoded once.
 EncodedFrame = Annotated[msgspec.Raw, msgspec.Meta(extra_json_schema={"$ref": "#/$defs/Frame"})]
 #: East and north [m].
 Point = Annotated[list[float], msgspec.Meta(min_length=2, max_length=2)]
 
 
-class _Asked(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
+class AlarmLimits(msgspec.Struct, frozen=True):
+    """An alarm is raised where DCPA and TCPA are both below these limits."""
+
+    dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)]
+    tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)]
+
+
+DEFAULT_ALARM_LIMITS = AlarmLimits(dcpa_m=1852.0, tcpa_s=600.0)
+
+
+class _Request(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
     """A request of a viewer."""
 
 
-class Open(_Asked, frozen=True):
-    """Begin a session. ``own`` and ``at`` are of recorded traffic only."""
+class Open(_Request, frozen=True):
+    """Open a session. ``own`` and ``at`` apply to recorded traffic only."""
 
-    source: Word
-    pilot: Word | None = None
-    ship: Word | None = None
-    own: Word | None = None
-    at: Word | None = None
-
-
-class Replay(_Asked, frozen=True):
-    """Show a log again, by its name in the catalogue."""
-
-    log: Word
+    source: ShortText
+    pilot: ShortText | None = None
+    ship: ShortText | None = None
+    own: ShortText | None = None
+    at: ShortText | None = None
 
 
-class Pilot(_Asked, frozen=True):
-    """From now on another pilot decides."""
+class Replay(_Request, frozen=True):
+    """Replay a log, by its name in the catalogue."""
 
-    name: Word
-
-
-class Compare(_Asked, frozen=True):
-    """Show beside it how another pilot sails the same; null: no longer."""
-
-    name: Word | None = None
+    log: ShortText
 
 
-class Play(_Asked, frozen=True):
+class SetPilot(_Request, frozen=True, tag="pilot"):
+    """Let another pilot decide from now on."""
+
+    name: ShortText
+
+
+class Compare(_Request, frozen=True):
+    """Also show how another pilot handles the same encounter; null ends it."""
+
+    name: ShortText | None = None
+
+
+class Play(_Request, frozen=True):
     pass
 
 
-class Pause(_Asked, frozen=True):
+class Pause(_Request, frozen=True):
     pass
 
 
-class Rate(_Asked, frozen=True):
-    """Seconds of the voyage a second."""
+class SetRate(_Request, frozen=True, tag="rate"):
+    """Set how many seconds of the voyage pass in a second."""
 
     rate: Annotated[float, msgspec.Meta(ge=1, le=60)]
 
 
-class Seek(_Asked, frozen=True):
+class Seek(_Request, frozen=True):
     time_s: Annotated[float, msgspec.Meta(ge=0, le=1e7)]
 
 
-class Acknowledge(_Asked, frozen=True):
-    """An alarm has been seen: for all viewers at once."""
+class Acknowledge(_Request, frozen=True):
+    """Acknowledge an alarm, for all viewers."""
 
-    id: Word
-
-
-class Limits(_Asked, frozen=True):
-    """An alarm is raised where DCPA and TCPA are both below these."""
-
-    dcpa_m: Annotated[float, msgspec.Meta(ge=0, le=50_000)] = 1852.0
-    tcpa_s: Annotated[float, msgspec.Meta(ge=0, le=3600)] = 600.0
+    id: ShortText
 
 
-class WhatIf(_Asked, frozen=True):
-    """How own ship would go on from the frame shown if something were different.
+class SetLimits(_Request, AlarmLimits, frozen=True, tag="limits"):
+    """Set the limits of the alarms, for all viewers."""
 
-    ``ship`` is deleted, hidden from the pilot, or keeps her course (null: own ship);
-    ``degrees`` is the rudder to hold for a minute, starboard positive.
+
+class AskWhatIf(_Request, frozen=True, tag="whatif"):
+    """Ask how own ship would go on from the frame shown if something were different.
+
+    ``ship`` is deleted, hidden from the pilot, or keeps its course (null: own ship);
+    ``rudder_deg`` is held for a minute, starboard positive.
     """
 
-    change: Literal["deleted", "blind", "kept", "rudder"]
-    ship: Word | None = None
-    degrees: Annotated[float, msgspec.Meta(ge=-90, le=90)] | None = None
+    change: Change
+    ship: ShortText | None = None
+    rudder_deg: Annotated[float, msgspec.Meta(ge=-90, le=90)] | None = None
 
 
-class Ping(_Asked, frozen=True):
+class Ping(_Request, frozen=True):
     pass
 
 
-Asked = (
-    Open
-    | Replay
-    | Pilot
-    | Compare
-    | Play
-    | Pause
-    | Rate
-    | Seek
-    | Acknowledge
-    | Limits
-    | WhatIf
-    | Ping
-)
-#: What changes nothing that others see.
-FOR_VIEWERS = Ping | WhatIf
-_asked = msgspec.json.Decoder(Asked)
+#: Requests for which a session or a pilot is prepared.
+SlowRequest = Open | Replay | SetPilot | Compare
+#: Requests that are done at once, whatever waits before them, when a session is open.
+ImmediateRequest = Ping | Acknowledge | SetLimits | AskWhatIf
+#: Requests that change nothing others see.
+ViewerRequest = Ping | AskWhatIf
+Request = SlowRequest | ImmediateRequest | Play | Pause | SetRate | Seek
+_decoder = msgspec.json.Decoder(Request)
 
 
-def read(text: str | bytes) -> Asked:
-    """A viewer's message. InputError, in one line, if it is none."""
+def decode_request(text: str | bytes) -> Request:
+    """Decode a viewer's message. InputError, in one line, if it is not a request."""
     try:
         text = text.encode() if isinstance(text, str) else text
-        if len(text) > LARGEST:
-            raise InputError(f"a message of {len(text)} bytes: at most {LARGEST} are read")
-        return _asked.decode(text)
+        if len(text) > MAX_REQUEST_BYTES:
+            raise InputError(
+                f"a message of {len(text)} bytes: at most {MAX_REQUEST_BYTES} are read"
+            )
+        return _decoder.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise InputError(f"not a message of this protocol: {_line(error)}") from None
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(f"not a message of this protocol: {reason}") from None
 
 
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
-
-
-class _Said(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
+class ServerMessage(msgspec.Struct, frozen=True, tag_field="type", tag=str.lower):
     """A message of the server."""
 
 
-class Source(msgspec.Struct, frozen=True):
+class SourceEntry(msgspec.Struct, frozen=True):
     source: str
     title: str
-    kind: Kind
+    kind: SourceKind
 
 
-class PilotCard(msgspec.Struct, frozen=True):
-    """``ship`` is the preset that the pilot was made for; null: any."""
+class PilotEntry(msgspec.Struct, frozen=True):
+    """``ship`` is the preset the pilot was made for; null: any."""
 
     name: str
     title: str
@@ -157,8 +156,8 @@ class PilotCard(msgspec.Struct, frozen=True):
     ship: str | None
 
 
-class LogCard(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A log; of a long one how many frames it has may not be known yet."""
+class LogEntry(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A log; ``frames`` is absent while a long log has not been counted to its end."""
 
     name: str
     frames: int | None = None
@@ -166,38 +165,31 @@ class LogCard(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Catalogue(msgspec.Struct, frozen=True):
-    """All that may be opened from the page."""
+    """Everything the page can open."""
 
-    scenarios: list[Source]
-    pilots: list[PilotCard]
-    logs: list[LogCard]
-
-
-class Bounds(msgspec.Struct, frozen=True):
-    """The limits of the alarms."""
-
-    dcpa_m: float
-    tcpa_s: float
+    scenarios: list[SourceEntry]
+    pilots: list[PilotEntry]
+    logs: list[LogEntry]
 
 
-class Hello(_Said, frozen=True):
-    """``role`` is that of the receiver."""
+class Hello(ServerMessage, frozen=True):
+    """The first message to a viewer, sent again when it changes; ``role`` is the viewer's own."""
 
     version: str
     catalogue: Catalogue
-    limits: Bounds
+    limits: AlarmLimits
     role: Role
 
 
-class Preparing(_Said, frozen=True):
-    """What is being made ready while the session shown goes on; null: no more."""
+class Preparing(ServerMessage, frozen=True):
+    """What is being prepared while the session shown goes on; null: nothing."""
 
-    what: str | None
+    task: str | None
 
 
-class Session(_Said, frozen=True):
-    """What is being shown, and how. In live traffic ``heard_s`` is the age of the last position
-    heard of any ship, ``own_s`` that of own ship's own."""
+class SessionMessage(ServerMessage, frozen=True, tag="session"):
+    """The session shown. The ages, of the last position of any ship and of own ship's, are those
+    of live traffic; null: none yet, or other traffic."""
 
     source: str
     title: str
@@ -213,13 +205,13 @@ class Session(_Said, frozen=True):
     seekable_to_s: float
     notes: list[str]
     connected: bool
-    heard_s: float | None
-    own_s: float | None
+    last_report_age_s: float | None
+    own_position_age_s: float | None
     log: str | None
 
 
-class History(_Said, frozen=True):
-    """All frames that the page is to hold; ``compare`` those of the compared pilot."""
+class History(ServerMessage, frozen=True):
+    """The frames before the one shown; ``compare`` holds those of the compared pilot."""
 
     frames: list[EncodedFrame]
     compare: list[EncodedFrame]
@@ -231,21 +223,21 @@ class Sentence(msgspec.Struct, frozen=True):
     next: str
 
 
-class Meeting(msgspec.Struct, frozen=True):
-    """What own ship is to a target under the COLREGs, while there is risk of collision."""
+class EncounterStatus(msgspec.Struct, frozen=True):
+    """Own ship's role towards a target under the COLREGs while risk of collision exists."""
 
     type: Literal["head-on", "crossing", "overtaking", "overtaken", "none"]
     role: Literal["give-way", "stand-on", "none"]
     rule: str | None
 
 
-class FrameNow(_Said, frozen=True, tag="frame", omit_defaults=True):
+class FrameMessage(ServerMessage, frozen=True, tag="frame", omit_defaults=True):
     frame: EncodedFrame
-    encounters: dict[str, Meeting]
+    encounters: dict[str, EncounterStatus]
     sent_utc: str
     sentence: Sentence | None
     compare: EncodedFrame | None = None
-    path: list[Point] | None = None
+    predicted_track: list[Point] | None = None
 
 
 class Alarm(msgspec.Struct, frozen=True):
@@ -259,28 +251,28 @@ class Alarm(msgspec.Struct, frozen=True):
     cause: str
 
 
-class Alarms(_Said, frozen=True):
+class Alarms(ServerMessage, frozen=True):
     alarms: list[Alarm]
 
 
-class Answer(_Said, frozen=True, tag="whatif"):
-    """Own ship's two futures from the frame of ``time_s`` on, a point every 30 s: as things are
-    (``fact``), and under the ``condition`` (``other``)."""
+class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
+    """Own ship's two futures from the frame at ``time_s`` on, a point every 30 s: as things are
+    (``factual``), and under the ``condition`` (``counterfactual``)."""
 
     time_s: float
-    change: str
+    change: Change
     ship: str | None
     condition: str
-    sentence: str
-    fact: list[Point]
-    other: list[Point]
+    summary: str
+    factual: list[Point]
+    counterfactual: list[Point]
 
 
-class Banded(_Said, frozen=True, tag="band"):
-    """The certified rudder band of one frame: of that time, pilot and rudder, and of no other.
+class BandMessage(ServerMessage, frozen=True, tag="band"):
+    """The certified rudder band of one frame, identified by time, pilot and rudder.
 
-    ``short`` says what is certain, ``full`` between which rudders and for which errors, or why
-    there is no band.
+    ``short`` says what is certain; ``full`` between which rudders and for which sensor errors, or
+    why there is no band.
     """
 
     time_s: float
@@ -291,21 +283,28 @@ class Banded(_Said, frozen=True, tag="band"):
     full: str
 
 
-class Failure(_Said, frozen=True):
+class ErrorMessage(ServerMessage, frozen=True, tag="error"):
     message: str
 
 
-class Notice(_Said, frozen=True):
+class Notice(ServerMessage, frozen=True):
     message: str
 
 
-class Pong(_Said, frozen=True):
+class Pong(ServerMessage, frozen=True):
     pass
+
+
+class Outgoing(NamedTuple):
+    """An encoded message, and its type."""
+
+    kind: str
+    data: bytes
 
 
 _encoder = msgspec.json.Encoder()
 
 
-def written(message: _Said) -> bytes:
-    """The message as it is sent."""
-    return _encoder.encode(message)
+def encode(message: ServerMessage) -> Outgoing:
+    """Encode a message once, for all viewers that get it."""
+    return Outgoing(str(message.__struct_config__.tag), _encoder.encode(message))

@@ -1,4 +1,4 @@
-"""The server's own lines on the terminal, of which strangers must not cause many."""
+"""Limits how much strangers can make the server write to the terminal."""
 
 import asyncio
 import logging
@@ -6,45 +6,47 @@ import time
 from typing import Any
 
 #: Lines of a logger that are written in a minute at most.
-MOST_LINES = 20
-_MINUTE_S = 60.0
+MAX_LINES_PER_MINUTE = 20
 _LOGGERS = ("asyncio", "uvicorn.error", "glasshelm.bridge")
 _log = logging.getLogger("glasshelm.bridge")
 
 
-class FewLines(logging.Filter):
-    """Leaves out what is beyond ``most`` lines a minute; the next one says how many that were."""
+class RateLimitFilter(logging.Filter):
+    """Drops lines beyond a number a minute; the next line says how many were dropped."""
 
-    def __init__(self, most: int = MOST_LINES):
+    def __init__(self, max_lines: int = MAX_LINES_PER_MINUTE):
         super().__init__()
-        self._most, self._written, self._left_out = most, 0, 0
+        self._max_lines, self._n_written, self._n_dropped = max_lines, 0, 0
         self._since = time.monotonic()
 
     def filter(self, record: logging.LogRecord) -> bool:
         now = time.monotonic()
-        if now - self._since >= _MINUTE_S:
-            self._since, self._written = now, 0
-        if self._written >= self._most:
-            self._left_out += 1
+        if now - self._since >= 60.0:
+            self._since, self._n_written = now, 0
+        if self._n_written >= self._max_lines:
+            self._n_dropped += 1
             return False
-        self._written += 1
-        if self._left_out:
-            record.msg = f"{record.getMessage()} ({self._left_out} lines were left out before)"
+        self._n_written += 1
+        if self._n_dropped:
+            record.msg = f"{record.getMessage()} ({self._n_dropped} lines were left out before)"
             record.args = None
-            self._left_out = 0
+            self._n_dropped = 0
         return True
 
 
-def begin() -> None:
-    """From now on, in the running event loop. What the system refuses (files, memory) is a line."""
+def install() -> None:
+    """Limit the server's loggers, and log what the system refuses (files, memory) as one line.
+
+    Call it in the running event loop.
+    """
     for name in _LOGGERS:
         logger = logging.getLogger(name)
-        if not any(isinstance(one, FewLines) for one in logger.filters):
-            logger.addFilter(FewLines())
-    asyncio.get_running_loop().set_exception_handler(_one_line)
+        if not any(isinstance(each, RateLimitFilter) for each in logger.filters):
+            logger.addFilter(RateLimitFilter())
+    asyncio.get_running_loop().set_exception_handler(_log_os_error)
 
 
-def _one_line(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+def _log_os_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     error = context.get("exception")
     if isinstance(error, OSError):
         _log.error("%s: %s", context.get("message", "the server"), error)

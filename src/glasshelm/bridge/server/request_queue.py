@@ -1,4 +1,4 @@
-"""What one viewer has asked for and is not done: bounded, and begun only while she stays."""
+"""The unfinished requests of one viewer: bounded, and dropped when the viewer leaves."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine
@@ -6,67 +6,68 @@ from typing import Any
 
 from glasshelm.core.errors import InputError
 
-#: Requests of one viewer that wait at once; of more she is not read until there is room.
-MOST_REQUESTS = 32
-#: Those of them for which a session or a pilot is prepared.
-MOST_PREPARED = 4
-#: Questions of one viewer that wait for their answer at once.
-MOST_ASKED = 2
+#: Requests of one viewer that wait at once; beyond that the viewer is not read.
+MAX_REQUESTS = 32
+#: Of these, requests that need a session or a pilot to be prepared.
+MAX_SLOW_REQUESTS = 4
+#: Questions of one viewer that wait for an answer at once.
+MAX_QUESTIONS = 2
+
+Tasks = set[asyncio.Task[None]]
 
 
 class RequestQueue:
-    """``take`` a request: it is done when those before it are. ``ask`` a question beside them.
+    """Runs requests in order, and questions beside them.
 
-    ``requests`` and ``questions`` hold what is not done yet, of all viewers.
+    ``requests`` and ``questions`` are the unfinished ones of all viewers.
     """
 
-    def __init__(self, requests: set[asyncio.Task[None]], questions: set[asyncio.Task[None]]):
+    def __init__(self, requests: Tasks, questions: Tasks):
         self._requests, self._questions = requests, questions
-        self._own: set[asyncio.Task[None]] = set()
+        self._own: Tasks = set()
         self._turn = asyncio.Lock()  # first come, first served
-        self._room = asyncio.Semaphore(MOST_REQUESTS)
-        self._prepared = self._asked = 0
+        self._free = asyncio.Semaphore(MAX_REQUESTS)
+        self._n_slow = self._n_questions = 0
 
-    async def take(self, request: Callable[[], Awaitable[None]], prepared: bool = False) -> None:
-        """Returns at once, unless too many wait already. InputError for too many ``prepared``."""
-        if prepared and self._prepared >= MOST_PREPARED:
+    async def submit(self, request: Callable[[], Awaitable[None]], slow: bool = False) -> None:
+        """Queue a request; waits only while too many wait. InputError for too many slow ones."""
+        if slow and self._n_slow >= MAX_SLOW_REQUESTS:
             raise InputError(
-                f"{MOST_PREPARED} of your requests are being prepared or wait for it: "
+                f"{MAX_SLOW_REQUESTS} of your requests are being prepared or wait for it: "
                 "wait until one is done"
             )
-        self._prepared += prepared
-        await self._room.acquire()
-        task = self._begin(self._done(request), self._requests)
-        task.add_done_callback(lambda _: self._over(prepared))
+        self._n_slow += slow
+        await self._free.acquire()
 
-    def ask(self, question: Callable[[], Coroutine[Any, Any, None]]) -> None:
-        """Begin to answer. InputError where too many of hers wait already."""
-        if self._asked >= MOST_ASKED:
+        def finished(_: object) -> None:
+            self._n_slow -= slow
+            self._free.release()
+
+        self._start(self._in_turn(request), self._requests).add_done_callback(finished)
+
+    def submit_question(self, question: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Start to answer a question. InputError for too many."""
+        if self._n_questions >= MAX_QUESTIONS:
             raise InputError("too many questions at once: wait for the answers")
-        self._asked += 1
-        self._begin(question(), self._questions).add_done_callback(lambda _: self._answered())
+        self._n_questions += 1
 
-    def end(self) -> None:
-        """She has left: what waits is not begun."""
+        def finished(_: object) -> None:
+            self._n_questions -= 1
+
+        self._start(question(), self._questions).add_done_callback(finished)
+
+    def cancel(self) -> None:
+        """Drop what is unfinished: the viewer has left."""
         for task in self._own:
             task.cancel()
 
-    async def _done(self, request: Callable[[], Awaitable[None]]) -> None:
+    async def _in_turn(self, request: Callable[[], Awaitable[None]]) -> None:
         async with self._turn:
             await request()
 
-    def _begin(
-        self, work: Coroutine[Any, Any, None], among: set[asyncio.Task[None]]
-    ) -> asyncio.Task[None]:
+    def _start(self, work: Coroutine[Any, Any, None], group: Tasks) -> asyncio.Task[None]:
         task = asyncio.create_task(work)
-        for tasks in (among, self._own):
+        for tasks in (group, self._own):
             tasks.add(task)
             task.add_done_callback(tasks.discard)
         return task
-
-    def _over(self, prepared: bool) -> None:
-        self._prepared -= prepared
-        self._room.release()
-
-    def _answered(self) -> None:
-        self._asked -= 1

@@ -1,530 +1,261 @@
-"""The one session that all viewers see: who asks what of it, and when its next frame is due.
+"""The viewers and their requests: all viewers share one session.
 
-The event loop only waits, and hands out what came of it. The session shown has
-a worker thread to itself, one thing at a time. What may take long (another
-session, another pilot, whose programs are to be compiled first) is prepared in
-a second thread while frames, alarms and answers go on; questions have a third, and
-rudder bands a fourth.
+Whatever may take long (another session, another pilot, whose programs are compiled first) is
+prepared in a background thread while frames, alarms and answers go on. What-if questions have a
+thread of their own.
 """
 
 import asyncio
 import logging
-import math
-import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, get_args
 
 from glasshelm import __version__
-from glasshelm.bridge.annotate.band_worker import Bands
-from glasshelm.bridge.annotate.whatif_queries import Question, answered
+from glasshelm.bridge.annotate.whatif_queries import WhatIfQuery, answer
 from glasshelm.bridge.server import protocol as m
-from glasshelm.bridge.server.background_jobs import Preparing
-from glasshelm.bridge.server.fault_log import Faults, bounded, supervised
-from glasshelm.bridge.server.presenter import Stage, Told
-from glasshelm.bridge.server.request_queue import RequestQueue
+from glasshelm.bridge.server.background_jobs import BackgroundJobs
+from glasshelm.bridge.server.presenter import Presenter
+from glasshelm.bridge.server.protocol import Outgoing, encode
+from glasshelm.bridge.server.request_queue import RequestQueue, Tasks
+from glasshelm.bridge.server.session_player import SessionPlayer
 from glasshelm.bridge.server.viewer_queue import ViewerQueue
 from glasshelm.bridge.sessions.session import Session
-from glasshelm.bridge.sessions.session_factory import opened
+from glasshelm.bridge.sessions.session_factory import open_session
 from glasshelm.bridge.sessions.source_list import SourceList
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.live.signalk_writer import SignalKWriter
-from glasshelm.live.traffic_picture import OWN_STALE_S
 from glasshelm.pilots.protocols import Pilot
 
-Result = TypeVar("Result")
-
 #: Viewers at once.
-MOST_VIEWERS = 100
-#: Questions that wait for their answer at once; the last of them are for owners.
-MOST_QUESTIONS, FOR_OWNERS = 8, 2
-#: What is done as soon as it is asked, whatever waits before it, once there is a session.
-_AT_ONCE = m.Ping | m.Acknowledge | m.Limits | m.WhatIf
-#: What needs a session or a pilot to be prepared.
-_PREPARED = m.Open | m.Replay | m.Pilot | m.Compare
-_LOOK, _FEED = "the session", "the feed"
-_WRITING, _CERTIFYING = "writing back what is advised", "certifying the rudder"
-_AGAIN, _PAUSED = "it looks again in a moment", "it is paused; play tries it again"
+MAX_VIEWERS = 100
+#: Questions that wait for an answer at once; the last of them are reserved for owners.
+MAX_WAITING_QUESTIONS, RESERVED_FOR_OWNERS = 8, 2
 _log = logging.getLogger("glasshelm.bridge")
 
 
 class SessionHub:
-    """Plays a session to its viewers. Nothing that fails ends it: ``troubles`` tells what does.
+    """Serves one session to its viewers. No failure ends it: :meth:`health` reports them.
 
-    ``asked`` counts all messages of viewers, ``refused`` those of them that were
-    none, ``failed`` those that asked for what cannot be done; ``dropped`` the
-    frames that viewers who have left were too slow for. ``writer`` gets every
-    frame of live traffic, and falls silent without a current one. Rudder bands are
-    for these ``errors`` of the sensors, and there are none without them.
+    Args:
+        sources: What can be opened.
+        log_dir: Folder for the logs of the sessions.
+        writer: Writes advice in live traffic back to Signal K.
+        errors: The largest sensor errors that rudder bands allow for; None: no bands.
     """
 
     def __init__(
         self,
-        catalogue: SourceList,
-        logs: Path,
+        sources: SourceList,
+        log_dir: Path,
         writer: SignalKWriter | None = None,
         errors: SensorErrorBounds | None = None,
     ):
-        self.catalogue, self.logs = catalogue, logs
-        self.writer = writer
+        self.sources, self.log_dir = sources, log_dir
         self.viewers: set[ViewerQueue] = set()
-        self.asked = self.refused = self.failed = 0
-        self.dropped = 0
-        self._stage: Stage | None = None
-        self._listed = m.Catalogue([], [], [])
-        self._limits = m.Limits()
-        self._playing, self._rate = False, 1.0
-        #: Held by who uses the session shown, and by who puts another in its place.
-        self._lock = asyncio.Lock()
-        self._wake = asyncio.Event()
-        self._listening: asyncio.Task[None] | None = None
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="voyage")
-        self._thinker = ThreadPoolExecutor(1, thread_name_prefix="whatif")
-        self._questions: set[asyncio.Task[None]] = set()
-        self._requests: set[asyncio.Task[None]] = set()
-        self._changes: set[asyncio.Task[None]] = set()
-        self._turns: dict[ViewerQueue, RequestQueue] = {}
-        #: What fails of the look, of writing back, and of the tasks that run for ever.
-        self.faults = Faults()
-        self.preparing = Preparing(self._tell)
-        self.bands = Bands(errors, catalogue.pilot, self._tell)
+        self.n_messages = self.n_invalid = self.n_failed = 0
+        self.player = SessionPlayer(self._broadcast, sources.pilot, writer, errors)
+        self.jobs = BackgroundJobs(self._broadcast)
+        #: Frames that viewers who have left were too slow for.
+        self._n_dropped = 0
+        self._catalogue = m.Catalogue([], [], [])
+        self._questions: Tasks = set()
+        self._requests: Tasks = set()
+        self._queues: dict[ViewerQueue, RequestQueue] = {}
+        self._whatif_thread = ThreadPoolExecutor(1, thread_name_prefix="whatif")
 
-    @property
-    def counted(self) -> dict[str, Any] | None:
-        """How much of what the live session heard became of use."""
-        return None if self._stage is None else self._stage.session.counted
+    def health(self) -> dict[str, Any]:
+        """Return faults and counts for ``/api/health``."""
+        faults, presenter = self.player.faults, self.player.presenter
+        return {
+            "status": "failing" if faults else "ok",
+            "faults": faults,
+            "viewers": len(self.viewers),
+            "messages": self.n_messages,
+            "invalid_messages": self.n_invalid,
+            "failed_messages": self.n_failed,
+            "dropped_frames": self._n_dropped + sum(viewer.dropped for viewer in self.viewers),
+            "feed_counts": None if presenter is None else presenter.session.status().feed_counts,
+        }
 
-    @property
-    def troubles(self) -> list[str]:
-        """What goes wrong now, one line each."""
-        stage = self._stage
-        there = [] if stage is None else [*self._trouble_of_writing(stage), *stage.troubles]
-        return list(dict.fromkeys((*self.faults.told, *there)))
+    async def run(self) -> None:
+        """Play sessions as long as the server runs."""
+        await self.player.run()
+
+    def close(self) -> None:
+        """Close the session and its log. Compiling jobs are not waited for."""
+        for task in (*self._requests, *self._questions):
+            task.cancel()
+        self.jobs.close()
+        self._whatif_thread.shutdown(wait=False, cancel_futures=True)
+        self.player.close()
 
     async def join(self, viewer: ViewerQueue) -> None:
-        """A viewer begins to look on: she gets what is, then what comes."""
-        self._turns[viewer] = RequestQueue(self._requests, self._questions)
-        await self._look_up()  # reads the folder of logs: nobody waits for that
-        async with self._lock:
-            hello, there = self._hello(), []
-            if self._stage is not None:
-                with self.faults.contained("telling what was shown"):
-                    now = "session", self._session_now(self._stage)
-                    there = [now, *await self._work(self._stage.present), *self.bands.told]
-            # Nothing is awaited from here on: she misses nothing of what all are told.
-            viewer.put("hello", hello[viewer.role])
-            for kind, message in [*self.preparing.told, *there]:
-                viewer.put(kind, message)
+        """Add a viewer: it gets what is shown now, then what comes."""
+        self._queues[viewer] = RequestQueue(self._requests, self._questions)
+        await self._update_catalogue()  # reads the folder of logs: nobody waits for that
+        async with self.player.lock:
+            messages = await self.player.snapshot()
+            # Nothing is awaited from here on, so the viewer misses nothing that is broadcast.
+            viewer.put(self._hello(viewer.role))
+            for message in [*self.jobs.snapshot, *messages]:
+                viewer.put(message)
             self.viewers.add(viewer)
 
     def leave(self, viewer: ViewerQueue) -> None:
-        """A viewer is gone: nothing more is begun for her."""
+        """Remove a viewer: nothing more is begun for it."""
         self.viewers.discard(viewer)
-        turns = self._turns.pop(viewer, None)
-        if turns is not None:
-            turns.end()
-        self.dropped += viewer.dropped
+        queue = self._queues.pop(viewer, None)
+        if queue is not None:
+            queue.cancel()
+        self._n_dropped += viewer.dropped
 
-    async def heard(self, viewer: ViewerQueue, text: str | bytes) -> None:
-        """A viewer's message; only its sender learns what is wrong with it.
+    async def handle_message(self, viewer: ViewerQueue, text: str | bytes) -> None:
+        """Handle a viewer's message; only that viewer is told what is wrong with it.
 
-        Returns before it is done where it may take long.
+        Returns before a slow request is done.
         """
-        self.asked += 1
+        self.n_messages += 1
         try:
-            asked = m.read(text)
+            request = m.decode_request(text)
         except InputError as error:
-            self.refused += 1
-            viewer.put(*_failure(str(error)))
+            self.n_invalid += 1
+            viewer.put(encode(m.ErrorMessage(str(error))))
             return
-        await self._try(self._take_up(asked, viewer), viewer, "request")
+        await self._attempt(self._dispatch(request, viewer), viewer, "request")
 
-    async def _take_up(self, asked: m.Asked, viewer: ViewerQueue) -> None:
-        if viewer.role == "viewer" and not isinstance(asked, m.FOR_VIEWERS):
-            kind = asked.__struct_config__.tag
-            raise InputError(f"you are here to look on: {kind!r} is for the owner of this bridge")
-        urgent = isinstance(asked, _AT_ONCE) and self._stage is not None
-        if urgent or isinstance(asked, m.Ping):
-            await self.do(asked, viewer)
+    async def _dispatch(self, request: m.Request, viewer: ViewerQueue) -> None:
+        if viewer.role == "viewer" and not isinstance(request, m.ViewerRequest):
+            kind = request.__struct_config__.tag
+            raise InputError(f"you are a viewer: {kind!r} is for the owner of this bridge")
+        is_open = self.player.presenter is not None
+        if isinstance(request, m.Ping) or (is_open and isinstance(request, m.ImmediateRequest)):
+            await self.execute(request, viewer)
         else:
-            await self._turns[viewer].take(
-                lambda: self._try(self.do(asked, viewer), viewer, "request"),
-                prepared=isinstance(asked, _PREPARED),
+            await self._queues[viewer].submit(
+                lambda: self._attempt(self.execute(request, viewer), viewer, "request"),
+                slow=isinstance(request, m.SlowRequest),
             )
 
-    async def _try(self, work: Awaitable[None], viewer: ViewerQueue, what: str) -> None:
-        """Do what a viewer asked for; only that viewer learns why it cannot be done."""
+    async def _attempt(self, work: Awaitable[None], viewer: ViewerQueue, what: str) -> None:
+        """Do what a viewer asked for; only that viewer is told why it cannot be done."""
         try:
             await work
-        except InputError as error:
-            self.failed += 1
-            viewer.put(*_failure(str(error)))
-        except Exception:
-            self.failed += 1
-            _log.exception("a %s failed", what)
-            viewer.put(*_failure(f"the server failed at this {what}"))
+        except Exception as error:
+            self.n_failed += 1
+            message = str(error)
+            if not isinstance(error, InputError):
+                _log.exception("a %s failed", what)
+                message = f"the server failed at this {what}"
+            viewer.put(encode(m.ErrorMessage(message)))
 
-    async def do(self, asked: m.Asked, viewer: ViewerQueue | None = None) -> None:
-        """Do what is asked. InputError if it cannot be done."""
-        match asked:
+    async def execute(self, request: m.Request, viewer: ViewerQueue | None = None) -> None:
+        """Execute a request, of a viewer if it has an answer. InputError if it cannot be done."""
+        match request:
             case m.Ping():
                 if viewer is not None:
-                    viewer.put("pong", m.written(m.Pong()))
-                return
-            case m.WhatIf():
+                    viewer.put(encode(m.Pong()))
+            case m.AskWhatIf():
                 if viewer is not None:
-                    self._ask(asked, viewer)
-                return
+                    self._ask(request, viewer)
             case m.Open() | m.Replay():
-                name = asked.source if isinstance(asked, m.Open) else asked.log
-                async with self.preparing.of(name):
-                    share = self.preparing.share
-                    await self._begin(lambda: opened(asked, self.catalogue, self.logs, share))
-            case m.Pilot(name) | m.Compare(str(name)):
-                async with self.preparing.of(name):
-                    pilot = await self._ready(name, ahead=isinstance(asked, m.Pilot))
-                    await self._change(asked, pilot)
+                name = request.source if isinstance(request, m.Open) else request.log
+                progress = self.jobs.report_progress
+                await self.show(
+                    lambda: open_session(request, self.sources, self.log_dir, progress), name
+                )
+            case m.SetPilot(name) | m.Compare(str(name)):
+                async with self.jobs.announce(name):
+                    await self._use_pilot(request, name)
             case _:
-                await self._first_is_there()
-                await self._whole(lambda: self._do(asked, self._there()))
+                if self.player.presenter is None:
+                    await self.jobs.wait_idle()  # perhaps the first session is being prepared
+                await self.player.exclusively(lambda: self.player.apply(request))
+                if isinstance(request, m.SetLimits):
+                    self._broadcast_hello()
 
-    async def show(self, open_session: Callable[[], Session]) -> None:
-        """Begin a session in place of the present one, playing from its start."""
-        async with self.preparing.of("the session"):
-            await self._begin(open_session)
+    async def show(self, open_session: Callable[[], Session], name: str = "the session") -> None:
+        """Open a session and show it in place of the present one, playing from its start."""
+        limits = self.player.limits
 
-    async def keep_time(self) -> None:
-        """Show the next frame whenever it is due; runs as long as the server does."""
-        last = time.monotonic()
-        while True:
-            if self._stage is None or not self._playing:
-                await self._wake.wait()
-                self._wake.clear()
-                last = time.monotonic()
-                continue
-            every = self._stage.session.step_s / self._rate
-            left = last + every - time.monotonic()
-            if left > 0 and await self._woken(left):
-                continue  # asked for something meanwhile: perhaps another rate
-            # A frame that took too long delays the next ones; they do not rush after it.
-            late = -left >= every
-            last = time.monotonic() if late else last + every
-            async with self._lock:
-                await self._advance()
-
-    async def run(self) -> None:
-        """All that runs as long as the server does; what fails of it is begun again.
-
-        When it is cancelled, what was written back is withdrawn first.
-        """
-        running = {
-            "keeping time": self.keep_time,
-            "computing bands": self.bands.run,
-        }
-        if self.writer is not None:
-            running["writing back"] = self.writer.run
-        tasks = [
-            asyncio.create_task(supervised(part, run, self.faults)) for part, run in running.items()
-        ]
-        try:
-            await asyncio.gather(*tasks)
-        finally:
-            await self.withdraw()
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-
-    async def withdraw(self) -> None:
-        """Take back for good what was written to Signal K: the server is about to end."""
-        if self.writer is not None:
-            await self.writer.close()
-
-    def close(self) -> None:
-        """Close the log; called when no more is asked. What is still compiled is not waited for."""
-        for task in (self._listening, *self._requests, *self._questions, *self._changes):
-            if task is not None:
-                task.cancel()
-        self.preparing.close()
-        self.bands.close()
-        self._thinker.shutdown(wait=False, cancel_futures=True)
-        self._worker.shutdown(wait=True, cancel_futures=True)
-        if self._stage is not None:
-            self._stage.close()
-
-    async def _do(self, asked: m.Asked, stage: Stage) -> None:
-        match asked:
-            case m.Pause() | m.Rate() if stage.session.card.mode == "live":
-                raise InputError("live traffic is shown as it comes: it has no pause and no rate")
-            case m.Play():
-                self._set(stage, True, self._rate)
-            case m.Pause():
-                self._set(stage, False, self._rate)
-            case m.Rate(rate):
-                self._set(stage, self._playing, rate)
-            case m.Seek(time_s):
-                await self._jump(lambda: stage.seek(time_s))
-            case m.Compare(None):
-                await self._jump(lambda: stage.compare(None))
-            case m.Acknowledge(id):
-                told = await self._work(lambda: stage.acknowledge(id))
-                if told is None:
-                    raise InputError("no such alarm: its cause is gone")
-                self._tell(told)
-            case m.Limits():
-                self._limits = asked
-                told = await self._work(lambda: stage.limit(asked))
-                self._tell(told, self._hello())
-
-    async def _whole(
-        self,
-        change: Callable[[], Awaitable[None]],
-        unwanted: Callable[[], object] | None = None,
-    ) -> None:
-        """Change what is shown: once begun it is done to the end, even if who asked for it leaves.
-
-        If she leaves before that, what was prepared for it is ``unwanted``.
-        """
-
-        async def changed() -> None:
+        def prepare() -> tuple[Presenter, Exception | None]:
+            presenter = Presenter(open_session(), limits)
             try:
-                await change()
-            finally:
-                self._lock.release()
-                self._wake.set()
+                presenter.advance()
+            except Exception as error:
+                if presenter.session.info.mode == "live":
+                    return presenter, error
+                presenter.close()
+                raise
+            return presenter, None
 
-        try:
-            await self._lock.acquire()
-        except asyncio.CancelledError:
-            if unwanted is not None:
-                self._worker.submit(unwanted)
-            raise
-        task = asyncio.create_task(changed())
-        self._changes.add(task)
-        task.add_done_callback(self._changes.discard)
-        await asyncio.shield(task)
+        async with self.jobs.announce(name):
+            presenter, error = await self.jobs.run(prepare, lambda result: result[0].close())
+            try:
+                await self._update_catalogue()  # there is one more log
+            except asyncio.CancelledError:
+                self.player.discard(presenter)
+                raise
 
-    def _ask(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
-        """Take up a question; the voyage goes on, and the viewer goes on asking, meanwhile."""
-        if len(self._questions) >= MOST_QUESTIONS - FOR_OWNERS * (viewer.role == "viewer"):
-            raise InputError("too many questions at once: wait for the answers")
-        self._turns[viewer].ask(lambda: self._reply(asked, viewer))
+            async def replace() -> None:
+                await self.player.replace(presenter, error)
+                self._broadcast_hello()
 
-    async def _reply(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
-        await self._try(self._answer(asked, viewer), viewer, "question")
+            await self.player.exclusively(replace, presenter.close)
 
-    async def _answer(self, asked: m.WhatIf, viewer: ViewerQueue) -> None:
-        async with self._lock:
-            stage = self._there()
-            question = await self._work(
-                lambda: Question.of(asked, stage.session, self.catalogue.pilot)
-            )
-        think = asyncio.get_running_loop().run_in_executor(self._thinker, answered, question)
-        viewer.put("whatif", m.written(await think))
+    async def _use_pilot(self, request: m.SetPilot | m.Compare, name: str) -> None:
+        """Prepare a pilot for the session shown, then let it decide or compare with it."""
+        session, sets = self.player.require_presenter().session, isinstance(request, m.SetPilot)
 
-    async def _first_is_there(self) -> None:
-        """Wait for the first session, if it is being prepared."""
-        if self._stage is None:
-            await self.preparing.over()
-
-    async def _ready(self, name: str, ahead: bool) -> Pilot:
-        """A pilot with which the session shown could go on at once."""
-        session = self._there().session
-
-        def ready() -> Pilot:
-            pilot = self.catalogue.pilot(name)
-            session.ready(pilot, ahead)
+        def prepare() -> Pilot:
+            pilot = self.sources.pilot(name)
+            session.warm_up(pilot, predict=sets)
             return pilot
 
-        return await self.preparing.done(ready)
+        pilot = await self.jobs.run(prepare)
 
-    async def _change(self, asked: m.Pilot | m.Compare, pilot: Pilot) -> None:
-        async def change() -> None:
-            stage = self._there()
-            hands_over = isinstance(asked, m.Pilot)
-            await self._jump(lambda: stage.hand_over(pilot) if hands_over else stage.compare(pilot))
+        async def use() -> None:
+            presenter = self.player.require_presenter()
+            change = presenter.set_pilot if sets else presenter.compare
+            await self.player.jump(lambda: change(pilot))
 
-        await self._whole(change)
+        await self.player.exclusively(use)
 
-    async def _begin(self, open_session: Callable[[], Session]) -> None:
-        """Prepare a session, and put it in place of the one shown."""
-        limits = self._limits
+    def _ask(self, request: m.AskWhatIf, viewer: ViewerQueue) -> None:
+        """Start to answer a question; the session goes on meanwhile."""
+        reserved = RESERVED_FOR_OWNERS if viewer.role == "viewer" else 0
+        if len(self._questions) >= MAX_WAITING_QUESTIONS - reserved:
+            raise InputError("too many questions at once: wait for the answers")
+        self._queues[viewer].submit_question(
+            lambda: self._attempt(self._answer(request, viewer), viewer, "question")
+        )
 
-        def begin() -> tuple[Stage, Exception | None]:
-            stage = Stage(open_session(), limits)
-            try:
-                stage.forward()
-            except Exception as error:
-                if stage.session.card.mode == "live":
-                    return stage, error
-                stage.close()
-                raise
-            return stage, None
+    async def _answer(self, request: m.AskWhatIf, viewer: ViewerQueue) -> None:
+        async with self.player.lock:
+            session = self.player.require_presenter().session
+            query = await self.player.in_worker(
+                lambda: WhatIfQuery.from_request(request, session, self.sources.pilot)
+            )
+        loop = asyncio.get_running_loop()
+        viewer.put(encode(await loop.run_in_executor(self._whatif_thread, answer, query)))
 
-        stage, failed = await self.preparing.done(begin, lambda made: made[0].close())
-        try:
-            await self._look_up()  # there is one log more
-        except asyncio.CancelledError:
-            self._worker.submit(stage.close)
-            raise
-        await self._whole(lambda: self._replace(stage, failed), stage.close)
+    async def _update_catalogue(self) -> None:
+        """List what can be opened now; if that fails the last list stays."""
+        with self.player.fault_log.contain("listing what can be opened"):
+            self._catalogue = await asyncio.to_thread(self.sources.catalogue)
 
-    async def _replace(self, stage: Stage, failed: Exception | None) -> None:
-        """Show it in place of the present one; ``failed``: its first look has."""
+    def _hello(self, role: m.Role) -> Outgoing:
+        limits = m.AlarmLimits(self.player.limits.dcpa_m, self.player.limits.tcpa_s)
+        return encode(m.Hello(__version__, self._catalogue, limits, role))
 
-        def present() -> list[Told]:
-            stage.limit(self._limits)  # perhaps others by now
-            return stage.present()
-
-        told = await self._work(present)
-        # Nothing is awaited while one takes the other's place.
-        if self._listening is not None:
-            self._listening.cancel()
-        self.faults.heals(_FEED)
-        self.faults.heals(_LOOK)
-        if failed is not None:
-            self.faults.fails(_LOOK, failed, _AGAIN)
-        old, self._stage = self._stage, stage
-        self._playing, self._rate = True, 1.0
-        self._listening = asyncio.create_task(self._listen(stage.session))
-        with self.faults.contained(_WRITING):
-            self._write_back(stage)
-        self._tell([("session", self._session_now(stage)), *told], self._hello())
-        with self.faults.contained(_CERTIFYING):
-            self._certify()
-        if old is not None:
-            with self.faults.contained("closing the session before"):
-                await self._work(old.close)
-
-    async def _listen(self, session: Session) -> None:
-        """Hear what its source says; only a file comes to an end."""
-
-        def told(why: str) -> None:
-            self._tell([_notice(why)])
-
-        if session.endless:
-            await supervised(_FEED, session.listen, self.faults, told)
-            return
-        try:
-            await session.listen()
-        except Exception as error:
-            told(self.faults.fails(_FEED, error, "nothing more is heard"))
-
-    async def _jump(self, jump: Callable[[], list[Told]]) -> None:
-        """A request after which the page begins anew."""
-        told = await self._work(jump)
-        self._tell([("session", self._session_now(self._there())), *told])
-        self._certify()
-
-    async def _advance(self) -> None:
-        stage = self._stage
-        if stage is None or not self._playing:
-            return
-        live, told = stage.session.card.mode == "live", None
-        try:
-            told = await self._work(stage.forward)
-        except Exception as error:
-            new = _LOOK not in self.faults
-            why = self.faults.fails(_LOOK, error, _AGAIN if live else _PAUSED)
-            if new or not live:
-                self._tell([_notice(why)])
-        else:
-            self.faults.heals(_LOOK)
-        # First of all: what stands elsewhere is of a frame of now, or goes.
-        with self.faults.contained(_WRITING):
-            self._write_back(stage if told else None)
-        self._playing = live or told is not None
-        with self.faults.contained(_CERTIFYING):
-            self._certify()
-        with self.faults.contained("telling the session"):
-            if live or told is None:
-                self._tell([("session", self._session_now(stage))])
-        self._tell(told or [])
-
-    def _write_back(self, stage: Stage | None) -> None:
-        """Write what a current frame says; without one, withdraw what was written before."""
-        if self.writer is None:
-            return
-        try:
-            frame = None if stage is None else stage.frame
-            if stage is None or frame is None or not (_of_now(stage.session) and stage.sound):
-                self.writer.withdraw()
-            else:
-                self.writer.publish(frame, stage.alarms)
-        except BaseException:
-            self.writer.withdraw()
-            raise
-
-    def _set(self, stage: Stage, playing: bool, rate: float) -> None:
-        self._playing, self._rate = playing, rate
-        self._tell([("session", self._session_now(stage))])
-        self._certify()
-
-    def _certify(self) -> None:
-        """The frame shown stands until the next one is due: is there time for its band?"""
-        stage = self._stage
-        if stage is None:
-            return
-        every = stage.session.step_s / self._rate if self._playing else math.inf
-        self.bands.want(stage.recent, every)
-
-    async def _look_up(self) -> None:
-        """See what there is to open now; where that fails, keep the earlier list."""
-        with self.faults.contained("listing what may be opened"):
-            self._listed = await asyncio.to_thread(self.catalogue.told)
-
-    def _hello(self) -> dict[m.Role, bytes]:
-        """What there is to open, and the limits of the alarms; for each role."""
-        bounds = m.Bounds(self._limits.dcpa_m, self._limits.tcpa_s)
-        roles: tuple[m.Role, ...] = get_args(m.Role)
-        listed = self._listed
-        return {role: m.written(m.Hello(__version__, listed, bounds, role)) for role in roles}
-
-    def _there(self) -> Stage:
-        if self._stage is None:
-            raise InputError("nothing is open yet: open a source first")
-        return self._stage
-
-    def _session_now(self, stage: Stage) -> bytes:
-        notes = [*self.faults.told, *self._trouble_of_writing(stage)]
-        return stage.session_now(self._playing, self._rate, *notes)
-
-    def _trouble_of_writing(self, stage: Stage) -> list[str]:
-        live = stage.session.card.mode == "live"
-        trouble = self.writer.last_error if self.writer is not None and live else None
-        return [] if trouble is None else [trouble]
-
-    def _tell(self, told: list[Told], hello: dict[m.Role, bytes] | None = None) -> None:
+    def _broadcast_hello(self) -> None:
+        hello = {role: self._hello(role) for role in get_args(m.Role)}
         for viewer in self.viewers:
-            if hello is not None:
-                viewer.put("hello", hello[viewer.role])
-            for kind, message in told:
-                viewer.put(kind, message)
+            viewer.put(hello[viewer.role])
 
-    async def _work(self, job: Callable[[], Result]) -> Result:
-        return await asyncio.get_running_loop().run_in_executor(self._worker, bounded, job)
-
-    async def _woken(self, seconds: float) -> bool:
-        try:
-            async with asyncio.timeout(seconds):
-                await self._wake.wait()
-        except TimeoutError:
-            return False
-        self._wake.clear()
-        return True
-
-
-def _of_now(session: Session) -> bool:
-    """Whether this is live traffic, and own ship is where it shows her: a page does not call it
-    live otherwise, whoever else is heard."""
-    own_s = session.own_s
-    return session.connected and own_s is not None and own_s <= OWN_STALE_S
-
-
-def _notice(text: str) -> Told:
-    return "notice", m.written(m.Notice(text))
-
-
-def _failure(text: str) -> Told:
-    return "failure", m.written(m.Failure(text))
+    def _broadcast(self, messages: list[Outgoing]) -> None:
+        for viewer in self.viewers:
+            for message in messages:
+                viewer.put(message)

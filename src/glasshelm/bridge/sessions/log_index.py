@@ -1,4 +1,4 @@
-"""The folder of logs: every session writes one, and each can be shown again by its name."""
+"""The folder of logs: every session writes one, and each can be replayed by its name."""
 
 import os
 import re
@@ -8,26 +8,26 @@ from pathlib import Path
 
 import msgspec
 
-from glasshelm.bridge.server.protocol import LogCard
+from glasshelm.bridge.server.protocol import LogEntry
 from glasshelm.core.errors import DECODE_ERRORS, InputError
 from glasshelm.frames.frame_log import MAX_LINE_BYTES
 
 SUFFIX = ".jsonl"
 #: At most so many logs are listed, the newest first.
-MOST_LISTED = 50
-#: Bytes of logs that are read at most to list them.
-COUNTED = 64_000_000
-_PIECE = 1_000_000
+MAX_LISTED = 50
+#: At most so many bytes of logs are read to list them.
+MAX_READ_BYTES = 64_000_000
+_CHUNK_BYTES = 1_000_000
 
 
-def default_logs() -> Path:
+def default_log_dir() -> Path:
     """The user's data folder for logs."""
     root = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return root / "glasshelm" / "logs"
 
 
-def new_log(folder: Path, source: str, pilot: str) -> Path:
-    """A path where no log is yet, named after the time (UTC), the source and the pilot."""
+def new_log_path(folder: Path, source: str, pilot: str) -> Path:
+    """Return an unused path named after the time (UTC), the source and the pilot."""
     time = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
     words = re.sub(r"[^a-z0-9]+", "-", f"{source}-{pilot}".lower()).strip("-")[:80]
     path, number = folder / f"{time}-{words}{SUFFIX}", 2
@@ -36,95 +36,87 @@ def new_log(folder: Path, source: str, pilot: str) -> Path:
     return path
 
 
-def log_named(folder: Path, name: str) -> Path:
-    """The log of that name. InputError if it is none of the folder's own."""
-    if name not in (path.name for path in _newest(folder)):
+def find_log(folder: Path, name: str) -> Path:
+    """Return the log of that name. InputError if the folder has none."""
+    if name not in (path.name for path in _newest_first(folder)):
         raise InputError(f"no log {name[:100]!r}: choose one of the catalogue")
     return folder / name
 
 
-class _Counted:
-    """How far a log was counted."""
+class _Count:
+    """How far a log has been counted."""
 
     def __init__(self, inode: int):
-        self.inode, self.read, self.frames = inode, 0, 0
+        self.inode, self.n_bytes, self.n_frames = inode, 0, 0
         self.time_utc: str | None = None
         self.is_log = True
 
-    def go_on(self, path: Path, size: int, most: int) -> int:
-        """Count what has been added, at most so many bytes; how many were read."""
-        begun = self.read
+    def advance(self, path: Path, size: int, max_bytes: int) -> int:
+        """Count what was added, at most so many bytes; return how many were read."""
+        before = self.n_bytes
         with open(path, "rb") as file:
-            if self.read == 0:
+            if before == 0:
                 first = file.readline(MAX_LINE_BYTES + 1)
-                if not first.endswith(b"\n"):  # not written to its end; or longer than a frame
+                if not first.endswith(b"\n"):  # not written to its end, or longer than a frame
                     self.is_log = len(first) <= MAX_LINE_BYTES
                     return len(first)
-                self.is_log, self.time_utc = _begins_with(first)
-                self.read, self.frames = len(first), 1
-            file.seek(self.read)
-            while self.is_log and self.read < min(size, begun + most):
-                piece = file.read(min(_PIECE, size - self.read))
-                if not piece:
+                try:
+                    self.time_utc = msgspec.json.decode(first, type=_Start).time_utc
+                except DECODE_ERRORS:
+                    self.is_log = False
+                self.n_bytes, self.n_frames = len(first), 1
+            file.seek(self.n_bytes)
+            while self.is_log and self.n_bytes < min(size, before + max_bytes):
+                chunk = file.read(min(_CHUNK_BYTES, size - self.n_bytes))
+                if not chunk:
                     break
-                self.read += len(piece)
-                self.frames += piece.count(b"\n")
-        return self.read - begun
+                self.n_bytes += len(chunk)
+                self.n_frames += chunk.count(b"\n")
+        return self.n_bytes - before
+
+
+class _Start(msgspec.Struct):
+    time_utc: str | None = None
 
 
 class LogIndex:
-    """Lists the logs of a folder. Of each only what was added is read, and no more than COUNTED
-    bytes in all at a time: what is longer is counted on the next time.
+    """Lists the logs of a folder.
+
+    Only what was added to a log is read, and no more than MAX_READ_BYTES in all at a time: the
+    count of a longer log continues the next time.
     """
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self._known: dict[str, _Counted] = {}
-        self._counting = threading.Lock()
+        self._counts: dict[str, _Count] = {}
+        self._lock = threading.Lock()
 
-    def cards(self) -> list[LogCard]:
-        """The newest logs that hold a frame; how many, where they have been counted to the end."""
-        with self._counting:
-            known, cards, left = {}, [], COUNTED
-            for path in _newest(self.folder)[:MOST_LISTED]:
+    def entries(self) -> list[LogEntry]:
+        """List the newest logs that hold a frame, with the number of frames once it is known."""
+        with self._lock:
+            counts, entries, left = {}, [], MAX_READ_BYTES
+            for path in _newest_first(self.folder)[:MAX_LISTED]:
                 try:
-                    there = path.stat()
-                    counted = self._known.get(path.name)
-                    if (
-                        counted is None
-                        or counted.inode != there.st_ino
-                        or counted.read > there.st_size
-                    ):
-                        counted = _Counted(there.st_ino)
-                    if left > 0 and counted.is_log and counted.read < there.st_size:
-                        left -= counted.go_on(path, there.st_size, left)
+                    stat = path.stat()
+                    count = self._counts.get(path.name)
+                    if count is None or count.inode != stat.st_ino or count.n_bytes > stat.st_size:
+                        count = _Count(stat.st_ino)
+                    if left > 0 and count.is_log and count.n_bytes < stat.st_size:
+                        left -= count.advance(path, stat.st_size, left)
                 except OSError:  # removed meanwhile, or not ours to read
                     continue
-                known[path.name] = counted
-                whole = counted.read >= there.st_size
-                if counted.is_log and counted.frames:
-                    frames = counted.frames if whole else None
-                    cards.append(LogCard(path.name, frames, counted.time_utc))
-            self._known = known
-        return cards
+                counts[path.name] = count
+                if count.is_log and count.n_frames:
+                    n_frames = count.n_frames if count.n_bytes >= stat.st_size else None
+                    entries.append(LogEntry(path.name, n_frames, count.time_utc))
+            self._counts = counts
+        return entries
 
 
-def _newest(folder: Path) -> list[Path]:
-    """The plain files of the folder that are called logs, by name from the newest."""
+def _newest_first(folder: Path) -> list[Path]:
+    """The log files of a folder, by name from the newest; no links."""
     try:
-        found = [p for p in folder.iterdir() if p.suffix == SUFFIX and not p.is_symlink()]
+        paths = [p for p in folder.iterdir() if p.suffix == SUFFIX and not p.is_symlink()]
     except OSError:
         return []
-    return sorted(filter(Path.is_file, found), key=lambda path: path.name, reverse=True)
-
-
-class _When(msgspec.Struct):
-    time_utc: str | None = None
-
-
-def _begins_with(line: bytes) -> tuple[bool, str | None]:
-    """Whether a log may begin so, and when it does."""
-    try:
-        return True, msgspec.json.decode(line, type=_When).time_utc
-    except DECODE_ERRORS:
-        return False, None
+    return sorted(filter(Path.is_file, paths), key=lambda path: path.name, reverse=True)

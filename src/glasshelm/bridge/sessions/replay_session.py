@@ -1,86 +1,61 @@
-"""A session that shows a log again."""
+"""A session that replays a log."""
 
-from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session import Session, SessionInfo, SessionStatus
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 
-_STEP_S = 5.0
-_LONGEST_STEP_S = 30.0
+_DEFAULT_STEP_S = 5.0
+_MAX_STEP_S = 30.0
 
 
 class ReplaySession(Session):
-    """The frames of a log, as they were: nothing is decided again."""
+    """The frames of a log as they were: nothing is decided again."""
 
-    def __init__(self, record: SessionLog):
-        first = record.frame(0)
-        self._record, self.at = record, -1
+    def __init__(self, log: FileLog):
+        first = log.frame(0)
+        self._log, self.index = log, -1
         self._pilot = first.pilot
-        title = f"Log {record.path.name}: {first.source}"
-        ship = f"{first.ship.loa_m:.0f} m"
-        self.card = SessionInfo(
-            first.source, title, "replay", ship, record.times[-1], _notes(first)
+        weights = first.weights_sha256
+        self.info = SessionInfo(
+            source=first.source,
+            title=f"Log {log.path.name}: {first.source}",
+            mode="replay",
+            ship=f"{first.ship.loa_m:.0f} m",
+            end_s=log.times[-1],
+            notes=() if weights is None else (f"pilot's weights: SHA-256 {weights}",),
         )
 
     @property
-    def record(self) -> SessionLog:
-        return self._record
-
-    @property
-    def pilot(self) -> str:
-        return self._pilot
-
-    @property
-    def compared(self) -> None:
-        return None
-
-    @property
-    def reach_s(self) -> tuple[float, float]:
-        return self.record.times[0], self.record.times[-1]
+    def log(self) -> FileLog:
+        return self._log
 
     @property
     def step_s(self) -> float:
-        """As the frames are apart, but never so far that a gap looks like an end."""
-        times, at = self.record.times, self.at
-        if not 0 <= at < len(times) - 1:
-            return _STEP_S
-        return min(times[at + 1] - times[at], _LONGEST_STEP_S)
+        """The time to the next frame, but never so long that a gap looks like the end."""
+        times, index = self.log.times, self.index
+        if not 0 <= index < len(times) - 1:
+            return _DEFAULT_STEP_S
+        return min(times[index + 1] - times[index], _MAX_STEP_S)
 
-    def forward(self) -> Frame | None:
-        if self.at + 1 >= len(self.record):
-            return None
-        return self._shown(self.at + 1)
+    def status(self) -> SessionStatus:
+        return SessionStatus(self._pilot, None, (self.log.times[0], self.log.times[-1]))
+
+    def next_frame(self) -> Frame | None:
+        return None if self.index + 1 >= len(self.log) else self._show(self.index + 1)
 
     def seek(self, time_s: float) -> None:
-        self._shown(self.record.at(time_s))
+        self._show(self.log.index_at(time_s))
 
-    def hand_over(self, pilot: Pilot) -> None:
+    def set_pilot(self, pilot: Pilot) -> None:
         raise InputError("a log is shown as it was: open its source to try another pilot")
 
     def compare(self, pilot: Pilot | None) -> None:
         if pilot is not None:
             raise InputError("a log is shown as it was: open its source to compare pilots")
 
-    def beside(self) -> list[bytes]:
-        return []
-
-    def beside_now(self) -> None:
-        return None
-
-    def predicted(self) -> Predicted | None:
-        return None
-
-    def close(self) -> None:
-        self.record.close()
-
-    def _shown(self, number: int) -> Frame:
-        frame = self.record.frame(number)
-        self.at, self._pilot = number, frame.pilot
+    def _show(self, number: int) -> Frame:
+        frame = self.log.frame(number)
+        self.index, self._pilot = number, frame.pilot
         return frame
-
-
-def _notes(first: Frame) -> tuple[str, ...]:
-    if first.weights_sha256 is None:
-        return ()
-    return (f"pilot's weights: SHA-256 {first.weights_sha256}",)

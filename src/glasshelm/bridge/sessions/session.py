@@ -1,23 +1,26 @@
-"""What every session of the bridge has: frames in order, one of which is shown."""
+"""The interface of all sessions: frames in order, one of which is shown."""
 
 import dataclasses
-from abc import abstractmethod
-from typing import Any, Protocol, runtime_checkable
+from abc import ABC, abstractmethod
+from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Num
 
 from glasshelm.bridge.server.protocol import Mode
-from glasshelm.bridge.sessions.session_log import FrameLines
+from glasshelm.bridge.sessions.session_log import SessionLog
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.ship.nomoto import ShipState
 
+#: The page gets a point of a track this often.
+_POINT_S = 30.0
+
 
 @dataclasses.dataclass(frozen=True)
 class SessionInfo:
-    """What a session is; ``end_s`` is absent where nobody knows the end."""
+    """What a session shows; ``end_s`` is None where the end is not known."""
 
     source: str
     title: str
@@ -28,97 +31,93 @@ class SessionInfo:
 
 
 @dataclasses.dataclass(frozen=True)
-class Predicted:
+class SessionStatus:
+    """The state of a session now. The defaults hold for all but live traffic.
+
+    Attributes:
+        pilot: The name of the pilot that decides from now on.
+        compared: The name of the pilot compared with.
+        seekable_range_s: The times between which one can seek.
+        connected: Whether the source is connected.
+        last_report_age_s: The age of the last position of any ship [s].
+        own_position_age_s: The age of own ship's position [s].
+        faults: What is going wrong, a line each.
+        feed_counts: How many sentences and reports were received, used and rejected.
+    """
+
+    pilot: str
+    compared: str | None
+    seekable_range_s: tuple[float, float]
+    connected: bool = True
+    last_report_age_s: float | None = None
+    own_position_age_s: float | None = None
+    faults: tuple[str, ...] = ()
+    feed_counts: dict[str, Any] | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class PredictedTrack:
     """Own ship's predicted track, one row a step: east, north [m], heading [rad]."""
 
     step_s: float
     rows: Float[np.ndarray, "steps 3"]
 
+    @staticmethod
+    def of(own: ShipState, step_s: float) -> "PredictedTrack":
+        own = jax.device_get(own)
+        return PredictedTrack(step_s, np.stack([own.east_m, own.north_m, own.heading_rad], axis=-1))
 
-def track_of(own: ShipState, step_s: float) -> Predicted:
-    """From predicted states to a track."""
-    own = jax.device_get(own)
-    return Predicted(step_s, np.stack([own.east_m, own.north_m, own.heading_rad], axis=-1))
+
+def track_points(rows: Num[np.ndarray, "steps columns"], step_s: float) -> list[list[float]]:
+    """Return east and north [m] of a track every 30 s, as the page gets them."""
+    return rows[:: max(round(_POINT_S / step_s), 1), :2].astype(float).round(1).tolist()
 
 
-@runtime_checkable
-class Session(Protocol):
-    """Frames that can be shown one after the other. Used by one thread at a time, but ``ready``.
+class Session(ABC):
+    """Frames that are shown one after the other.
 
-    ``at`` is the number of the frame shown, −1 before the first. Every method
-    raises InputError, in one line, for what this kind of session cannot do.
-    What has a body here is so for all sessions but live traffic.
+    Used by one thread at a time, except for :meth:`warm_up`. ``index`` is the number of the frame
+    shown, −1 before the first. Methods raise InputError, in one line, for what this kind of
+    session cannot do.
     """
 
-    card: SessionInfo
-    at: int
+    info: SessionInfo
+    index: int
 
     @property
-    def record(self) -> FrameLines: ...
+    @abstractmethod
+    def log(self) -> SessionLog: ...
 
     @property
-    def pilot(self) -> str:
-        """The name of the pilot who decides from now on."""
-        ...
-
-    @property
-    def compared(self) -> str | None:
-        """The name of the pilot compared with."""
-        ...
-
-    @property
-    def reach_s(self) -> tuple[float, float]:
-        """The times between which can be sought."""
-        ...
-
-    @property
+    @abstractmethod
     def step_s(self) -> float:
         """Seconds of the voyage until the next frame."""
         ...
 
     @property
-    def connected(self) -> bool:
-        """Whether the source is there."""
-        return True
-
-    @property
-    def heard_s(self) -> float | None:
-        """The age of the last position heard, of any ship [s]."""
-        return None
-
-    @property
-    def own_s(self) -> float | None:
-        """The age of own ship's own position [s]: what is shown is of now while that is."""
-        return None
-
-    @property
-    def troubles(self) -> list[str]:
-        """What goes wrong now, one line each; the notes tell it too."""
-        return []
-
-    @property
     def endless(self) -> bool:
-        """Whether its source never comes to an end: where ``listen`` fails it is begun again."""
+        """Whether the source never ends: where :meth:`listen` fails it is started again."""
         return False
 
-    @property
-    def counted(self) -> dict[str, Any] | None:
-        """How much of what was heard became of use, in numbers."""
-        return None
+    @abstractmethod
+    def status(self) -> SessionStatus: ...
 
-    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
-        """Compile what this pilot needs here, so that frames go on when it takes over.
+    def warm_up(self, pilot: Pilot, predict: bool = True) -> None:  # noqa: B027
+        """Compile what this pilot needs, so that frames do not stop when it takes over.
 
-        Without ``ahead``, all but its predicted track. May run beside the worker:
-        it only reads what no other method changes.
+        May run beside the worker thread: it only reads what no other method changes.
+
+        Args:
+            pilot: The pilot.
+            predict: Also compile its predicted track.
         """
 
-    async def listen(self) -> None:
-        """Hear what the source says, in the event loop, until cancelled."""
+    async def listen(self) -> None:  # noqa: B027
+        """Receive from the source, in the event loop, until cancelled."""
 
     @abstractmethod
-    def forward(self) -> Frame | None:
-        """Show the next frame; None where there is none (yet). Where it fails nothing has moved."""
+    def next_frame(self) -> Frame | None:
+        """Show the next frame; None if there is none (yet). If it fails nothing has changed."""
         ...
 
     @abstractmethod
@@ -127,29 +126,26 @@ class Session(Protocol):
         ...
 
     @abstractmethod
-    def hand_over(self, pilot: Pilot) -> None:
-        """From the frame shown on another pilot decides."""
+    def set_pilot(self, pilot: Pilot) -> None:
+        """Let another pilot decide from the frame shown on."""
         ...
 
     @abstractmethod
     def compare(self, pilot: Pilot | None) -> None:
-        """Show another pilot beside, or no longer."""
+        """Compare with another pilot, or no longer."""
         ...
 
-    @abstractmethod
-    def beside(self) -> list[bytes]:
-        """The compared pilot's frames before the one shown, as they stand in her log."""
-        ...
+    def compared_history(self) -> list[bytes]:
+        """Return the compared pilot's frames before the one shown, as lines of its log."""
+        return []
 
-    @abstractmethod
-    def beside_now(self) -> bytes | None:
-        """The compared pilot's frame of the instant shown, if she has not ended before."""
-        ...
+    def compared_line(self) -> bytes | None:
+        """Return the compared pilot's frame at the time shown, if its voyage has not ended."""
+        return None
 
-    @abstractmethod
-    def predicted(self) -> Predicted | None:
-        """Own ship's track under the pilot from the frame shown on."""
-        ...
+    def predicted_track(self) -> PredictedTrack | None:
+        """Return own ship's track under the pilot from the frame shown on."""
+        return None
 
-    @abstractmethod
-    def close(self) -> None: ...
+    def close(self) -> None:
+        self.log.close()

@@ -1,71 +1,58 @@
-"""From a request to a session."""
+"""Opens the session that a request, or the command line, asks for."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 from glasshelm.bridge.server.protocol import Open, Replay
 from glasshelm.bridge.sessions.live_session import LiveSession
-from glasshelm.bridge.sessions.log_index import log_named
+from glasshelm.bridge.sessions.log_index import find_log
 from glasshelm.bridge.sessions.replay_session import ReplaySession
 from glasshelm.bridge.sessions.session import Session
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.bridge.sessions.simulated_session import SimulatedSession
-from glasshelm.bridge.sessions.source_list import SourceList, alias
+from glasshelm.bridge.sessions.source_list import SourceList, display_name
 from glasshelm.core.errors import InputError
-from glasshelm.frames import frame_log
 from glasshelm.live.traffic_picture import TrafficPicture
 from glasshelm.pilots.pilot_resolution import DEFAULT_SHIP, ship_for
 
 
-def opened(
-    asked: Open | Replay,
-    catalogue: SourceList,
-    logs: Path,
+def open_session(
+    request: Open | Replay,
+    sources: SourceList,
+    log_dir: Path,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Session:
-    """The session that a page asks for. InputError if it is not of the catalogue.
+    """Open the session a viewer asks for; ``progress`` gets the share of a log read so far.
 
-    ``progress`` receives the share of a log that has been read.
+    Raises:
+        InputError: It is not in the catalogue.
     """
-    if isinstance(asked, Replay):
-        return replayed(log_named(logs, asked.log), progress)
-    begin = prepared(catalogue, logs, asked.source, asked.pilot, asked.ship, asked.own, asked.at)
-    return begin()
+    if isinstance(request, Replay):
+        return open_replay(find_log(log_dir, request.log), progress)
+    return prepare_session(request, sources, log_dir)()
 
 
-def prepared(
-    catalogue: SourceList,
-    logs: Path,
-    source: str,
-    pilot: str | None,
-    ship: str | None,
-    own: str | None,
-    at: str | None,
-) -> Callable[[], Session]:
-    """A session of which everything has been read and checked, but nothing sailed yet."""
-    helm = catalogue.pilot_for(ship or DEFAULT_SHIP, pilot)
-    preset = ship_for(helm, ship)
-    if catalogue.is_live(source) and catalogue.feed is not None:
-        if at is not None:
-            raise InputError(f"{source}: live traffic begins now; leave out at")
-        feed, name = catalogue.live(own), alias(catalogue.feed)
+def prepare_session(request: Open, sources: SourceList, log_dir: Path) -> Callable[[], Session]:
+    """Read and check everything a session needs; the result begins to simulate or to listen."""
+    source = request.source
+    pilot = sources.pilot_for(request.ship or DEFAULT_SHIP, request.pilot)
+    ship = ship_for(pilot, request.ship)
+    if not sources.is_live(source):
+        scenario = sources.scenario(source, ship, request.own, request.at)
+        advise = scenario.own_track is not None
+        return lambda: SimulatedSession(scenario, pilot, ship, advise, log_dir)
+    if request.at is not None:
+        raise InputError(f"{source}: live traffic begins now; leave out at")
+    feed, name = sources.open_feed(request.own), display_name(source)
 
-        def begin() -> Session:
-            live = LiveSession(name, feed, TrafficPicture(name), helm, preset, logs)
-            live.ready(helm)
-            return live
+    def begin() -> Session:
+        session = LiveSession(name, feed, TrafficPicture(name), pilot, ship, log_dir)
+        session.warm_up(pilot)
+        return session
 
-        return begin
-    scenario = catalogue.scenario(source, preset, own, at)
-    return lambda: SimulatedSession(scenario, helm, preset, scenario.own_track is not None, logs)
+    return begin
 
 
-def check_log(path: Path) -> None:
-    """InputError if this is no log, as far as its first frame tells."""
-    if next(frame_log.read_log(path), None) is None:
-        raise InputError(f"{path}: no frame in it; it was cut off, or is no log")
-
-
-def replayed(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
-    """A log shown again; ``progress`` receives the share of it that has been read."""
-    return ReplaySession(SessionLog(path, fresh=False, progress=progress))
+def open_replay(path: Path, progress: Callable[[float], None] = lambda share: None) -> Session:
+    """Replay a log; ``progress`` gets the share of it read so far."""
+    return ReplaySession(FileLog(path, fresh=False, progress=progress))

@@ -1,4 +1,4 @@
-"""The frames of a session: kept in its log on disk, with only their places in memory."""
+"""The frames of a session by number, on disk: of each only its time and place are in memory."""
 
 import bisect
 import contextlib
@@ -20,78 +20,124 @@ from glasshelm.frames import frame_log
 from glasshelm.frames.frame_log import FrameLog
 from glasshelm.frames.schema import Frame
 
-#: A page is sent at most so many frames of what was ...
+#: A page is sent at most so many past frames ...
 HISTORY_FRAMES = 720
 #: ... and at most so many bytes of them.
 HISTORY_BYTES = 8_000_000
-#: How far the reading of a log has come is told after so many bytes.
-_TOLD_BYTES = 20_000_000
+#: Progress of reading a log is reported after so many bytes.
+_PROGRESS_BYTES = 20_000_000
 
 _decoder = msgspec.json.Decoder(Frame)
 _log = logging.getLogger("glasshelm.bridge")
 
 
-class FrameLines(ABC):
-    """Frames in order of time, each as its line of a log. Not for several threads at once."""
+class RecentLines:
+    """The newest lines of a log in memory, bounded in number and in bytes."""
+
+    def __init__(
+        self,
+        lines: Iterable[bytes] = (),
+        max_lines: int = HISTORY_FRAMES,
+        max_bytes: int = HISTORY_BYTES,
+    ):
+        self.lines: deque[bytes] = deque()
+        self._max_lines, self._max_bytes, self._bytes = max_lines, max_bytes, 0
+        for line in lines:
+            self.append(line)
+        self.trim()
+
+    def append(self, line: bytes) -> None:
+        self.lines.append(line)
+        self._bytes += len(line) + 1
+
+    def trim(self) -> None:
+        """Drop the oldest lines beyond the bounds; the newest always stays."""
+        while len(self.lines) > 1 and (
+            len(self.lines) > self._max_lines or self._bytes > self._max_bytes
+        ):
+            self._bytes -= len(self.lines.popleft()) + 1
+
+
+class SessionLog(ABC):
+    """Frames in order of time, each as its line in a log. Not thread-safe."""
 
     def __init__(self) -> None:
         self.times = array("d")
         self._ends = array("q", [0])
-        #: The number of the first frame that can still be read.
-        self.first = 0
+        #: The frame added or read last, with its number and line: it is not read or decoded again.
+        self._loaded: tuple[int, Frame, bytes] | None = None
 
     def __len__(self) -> int:
         return len(self.times)
 
     @property
+    def first(self) -> int:
+        """The number of the first frame that can still be read."""
+        return 0
+
+    @property
     @abstractmethod
     def path(self) -> Path | None:
-        """Where the log is, if there is one."""
+        """Where the log is; None while there is none."""
         ...
 
     @abstractmethod
     def append(self, frame: Frame) -> bytes:
-        """Add one more frame; its line without the end."""
+        """Add a frame; return its line, without the newline."""
         ...
 
     @abstractmethod
     def lines(self, first: int, end: int) -> list[bytes]:
-        """Frames ``first`` to ``end`` (excluded) as they stand in the log."""
+        """Return the lines of frames ``first`` to ``end`` (exclusive)."""
         ...
 
     @abstractmethod
     def close(self) -> None: ...
 
     def line(self, number: int) -> bytes:
-        """A frame as it stands in the log."""
-        return self.lines(number, number + 1)[0]
+        return self._load(number)[2]
 
     def frame(self, number: int) -> Frame:
-        return _decoder.decode(self.line(number))
+        return self._load(number)[1]
 
-    def history(self, end: int, frames: int | None = None, size: int | None = None) -> list[bytes]:
-        """The frames before ``end``: so many, of so many bytes; or those that a page is sent."""
-        first = max(end - (HISTORY_FRAMES if frames is None else frames), self.first)
-        size = HISTORY_BYTES if size is None else size
-        while first < end - 1 and self._ends[end] - self._ends[first] > size:
+    def history(
+        self, end: int, max_frames: int | None = None, max_bytes: int | None = None
+    ) -> list[bytes]:
+        """Return the lines before frame ``end``, by default as many as a page is sent."""
+        first = max(end - (HISTORY_FRAMES if max_frames is None else max_frames), self.first)
+        max_bytes = HISTORY_BYTES if max_bytes is None else max_bytes
+        while first < end - 1 and self._ends[end] - self._ends[first] > max_bytes:
             first += 1
         return self.lines(first, end)
 
-    def at(self, time_s: float) -> int:
-        """The number of the last frame that is not later; the first if all are."""
+    def index_at(self, time_s: float) -> int:
+        """Return the number of the last frame that is not later; the first if all are."""
         return max(bisect.bisect_right(self.times, time_s + 1e-6) - 1, 0)
 
-    def _add(self, time_s: float, size: int) -> None:
+    def _add(self, frame: Frame, line: bytes) -> None:
+        self._loaded = len(self), frame, line
+        self._add_place(frame.time_s, len(line) + 1)
+
+    def _add_place(self, time_s: float, size: int) -> None:
         self.times.append(time_s)
         self._ends.append(self._ends[-1] + size)
 
+    def _load(self, number: int) -> tuple[int, Frame, bytes]:
+        if self._loaded is None or self._loaded[0] != number:
+            line = self.lines(number, number + 1)[0]
+            self._loaded = number, _decoder.decode(line), line
+        return self._loaded
 
-class SessionLog(FrameLines):
-    """Frames that are appended to a log, or read from it, by number.
 
-    With ``fresh`` a new log is begun (the file must not be there yet);
-    otherwise an existing one is read, and nothing can be appended; ``progress`` gets
-    the share of it that has been read. A frame that cannot be written is not there (InputError).
+class FileLog(SessionLog):
+    """A log on disk: one that is written, or with ``fresh`` false one that exists and is read.
+
+    A frame that cannot be written is not added (InputError).
+
+    Args:
+        path: The file; with ``fresh`` it must not exist yet.
+        fresh: Begin a new log.
+        progress: Called with the share of an existing log read so far.
     """
 
     def __init__(
@@ -100,8 +146,6 @@ class SessionLog(FrameLines):
         super().__init__()
         self._path = path
         self._log: FrameLog | None = None
-        #: The frame added or read last: it is not read again.
-        self._latest: tuple[int, bytes] = -1, b""
         if fresh:
             with hide_paths(path.name, path):
                 self._log = FrameLog(path, fresh=True)
@@ -110,7 +154,7 @@ class SessionLog(FrameLines):
         except OSError as error:
             if self._log is not None:
                 self._log.close()
-            raise InputError(f"{path.name}: cannot read the log ({error.strerror})") from None
+            raise self._unreadable(error.strerror) from None
         if not fresh:
             self._scan(progress)
 
@@ -119,30 +163,22 @@ class SessionLog(FrameLines):
         return self._path
 
     def append(self, frame: Frame) -> bytes:
-        """Write one more frame; its line without the end. InputError if it cannot be written."""
-        assert self._log is not None, "a log that is being read is not written"
+        assert self._log is not None, "this log is read only"
         with hide_paths(self.path.name, self.path):
             if self._log.replaced:
                 self._log = self._restored()
             line = self._log.write(frame)
-        self._latest = len(self), line
-        self._add(frame.time_s, len(line) + 1)
+        self._add(frame, line)
         return line
-
-    def line(self, number: int) -> bytes:
-        if self._latest[0] != number:
-            self._latest = number, super().line(number)
-        return self._latest[1]
 
     def lines(self, first: int, end: int) -> list[bytes]:
         start = self._ends[first]
         try:
             text = os.pread(self._file.fileno(), self._ends[end] - start, start)
         except OSError as error:
-            problem = f"cannot read the log ({error.strerror})"
-            raise InputError(f"{self.path.name}: {problem}") from None
+            raise self._unreadable(error.strerror) from None
         if len(text) < self._ends[end] - start:
-            raise InputError(f"{self.path.name}: cannot read the log (it was cut off)")
+            raise self._unreadable("it was cut off")
         marks = [place - start for place in self._ends[first : end + 1]]
         return [text[a:b].strip() for a, b in itertools.pairwise(marks)]
 
@@ -155,25 +191,27 @@ class SessionLog(FrameLines):
         with contextlib.suppress(OSError):
             self._file.close()
 
+    def _unreadable(self, reason: str | None) -> InputError:
+        return InputError(f"{self.path.name}: cannot read the log ({reason})")
+
     def _restored(self) -> FrameLog:
-        """The log as it was, in place of one that was removed: its file can still be read."""
+        """Write the log again where it was removed: the open file can still be read."""
         try:
             with atomic_write(self.path) as path, open(path, "wb") as file:
                 self._file.seek(0)
                 shutil.copyfileobj(self._file, file)
                 file.truncate(self._ends[-1])
-            again = FrameLog(self.path)
+            restored = FrameLog(self.path)
             reading = open(self.path, "rb", buffering=0)  # noqa: SIM115
         except OSError as error:
-            problem = f"cannot write the log ({error.strerror})"
-            raise InputError(f"{self.path}: {problem}") from None
+            raise InputError(f"{self.path}: cannot write the log ({error.strerror})") from None
         self.close()
         self._file = reading
-        return again
+        return restored
 
     def _scan(self, progress: Callable[[float], None]) -> None:
-        """Find the lines of a log; a torn last one is left out, as reading a log does."""
-        size, told = max(os.fstat(self._file.fileno()).st_size, 1), 0
+        """Find the lines of an existing log; a torn last line is left out."""
+        size, reported = max(os.fstat(self._file.fileno()).st_size, 1), 0
         with open(self.path, "rb") as file:
             for number, line in frame_log.lines(file, self.path.name):
                 start = file.tell() - len(line)
@@ -186,39 +224,11 @@ class SessionLog(FrameLines):
                     raise InputError(f"{self.path.name}: {problem}") from None
                 if self.times and time_s <= self.times[-1]:
                     raise InputError(f"{self.path.name}: line {number} goes back in time")
-                # Blank lines before it go with the frame before, where there is one.
+                # Blank lines before it belong to the frame before.
                 self._ends[-1] = start
-                self._add(time_s, len(line))
-                if start >= told:
+                self._add_place(time_s, len(line))
+                if start >= reported:
                     progress(start / size)
-                    told = start + _TOLD_BYTES
+                    reported = start + _PROGRESS_BYTES
         if not self.times:
-            raise InputError(f"{self.path.name}: no frame in it; it was cut off, or is no log")
-
-
-class Past:
-    """The frames that a page is sent of what was, kept in memory while time goes on."""
-
-    def __init__(self) -> None:
-        self._lines: deque[bytes] = deque()
-        self._size = 0
-
-    @property
-    def lines(self) -> list[bytes]:
-        return list(self._lines)
-
-    def add(self, line: bytes) -> None:
-        """One more; the oldest are left out where there are too many."""
-        self._lines.append(line)
-        self._size += len(line) + 1
-        while len(self._lines) > 1 and (
-            len(self._lines) > HISTORY_FRAMES or self._size > HISTORY_BYTES
-        ):
-            self._size -= len(self._lines.popleft()) + 1
-
-    def fill(self, lines: Iterable[bytes]) -> None:
-        """These in place of all."""
-        self._lines.clear()
-        self._size = 0
-        for line in lines:
-            self.add(line)
+            raise InputError(f"{self.path.name}: no frame in it; it was cut off, or is not a log")

@@ -1,10 +1,10 @@
-"""A session that sails: the pilot steers in simulated traffic, and advises in recorded."""
+"""A session that simulates: the pilot steers in simulated traffic, and advises in recorded."""
 
 from pathlib import Path
 
-from glasshelm.bridge.sessions.log_index import new_log
-from glasshelm.bridge.sessions.session import Predicted, Session, SessionInfo, track_of
-from glasshelm.bridge.sessions.session_log import SessionLog
+from glasshelm.bridge.sessions.log_index import new_log_path
+from glasshelm.bridge.sessions.session import PredictedTrack, Session, SessionInfo, SessionStatus
+from glasshelm.bridge.sessions.session_log import FileLog
 from glasshelm.encounters.types import Scenario
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
@@ -13,173 +13,151 @@ from glasshelm.simulation.voyage import Voyage, VoyageCheckpoint, steps_of
 
 
 class LoggedVoyage:
-    """A voyage and its log, sailed as far as somebody has looked."""
+    """A voyage and its log, simulated as far as somebody has looked."""
 
-    def __init__(self, voyage: Voyage, logs: Path):
+    def __init__(self, voyage: Voyage, log_dir: Path):
         self.voyage = voyage
-        self.record = SessionLog(_log(logs, voyage), fresh=True)
-        #: Where the voyage stood before each frame of the record.
-        self.places: list[VoyageCheckpoint] = []
-        self._logs = logs
+        path = new_log_path(log_dir, voyage.scenario.source, voyage.place.pilot.name)
+        self.log = FileLog(path, fresh=True)
+        #: The state of the voyage before each frame of the log.
+        self.checkpoints: list[VoyageCheckpoint] = []
+        self._log_dir = log_dir
 
-    def reach(self, number: int) -> bool:
-        """Sail until that frame is there; whether it is."""
-        while len(self.record) <= number:
-            place = self.voyage.place
+    def sail_to(self, number: int) -> bool:
+        """Simulate up to that frame; return whether the voyage gets there."""
+        while len(self.log) <= number:
+            checkpoint = self.voyage.place
             frames = self.voyage.advance()
             if not frames:
                 return False
             try:
-                self.record.append(frames[0])
+                self.log.append(frames[0])
             except BaseException:
-                self.voyage.place = place  # the same step can be tried again
+                self.voyage.place = checkpoint  # the same step can be tried again
                 raise
-            self.places.append(place)
+            self.checkpoints.append(checkpoint)
         return True
 
     def branch(self, number: int, pilot: Pilot) -> "LoggedVoyage":
-        """The same voyage with another pilot from a frame on, that one sailed, in its own log.
+        """Continue with another pilot from a frame on, in a new log, up to that frame.
 
-        This one is closed; where the new log cannot be written it stays as it was.
+        This voyage is closed; if the new log cannot be written it stays as it was.
         """
-        place = self.voyage.place
-        self.voyage.place = self.places[number]
+        checkpoint, other = self.voyage.place, None
+        self.voyage.place = self.checkpoints[number]
         self.voyage.change_pilot(pilot)
         try:
-            other = LoggedVoyage(self.voyage, self._logs)
-            try:
-                other.places = self.places[:number]
-                for k in range(number):
-                    other.record.append(self.record.frame(k))
-                other.reach(number)
-            except BaseException:
-                other.record.close()
-                raise
+            other = LoggedVoyage(self.voyage, self._log_dir)
+            other.checkpoints = self.checkpoints[:number]
+            for k in range(number):
+                other.log.append(self.log.frame(k))
+            other.sail_to(number)
         except BaseException:
-            self.voyage.place = place
+            if other is not None:
+                other.log.close()
+            self.voyage.place = checkpoint
             raise
-        self.record.close()
+        self.log.close()
         return other
 
 
-def _log(logs: Path, voyage: Voyage) -> Path:
-    return new_log(logs, voyage.scenario.source, voyage.place.pilot.name)
-
-
-def _predicted(voyage: Voyage, place: VoyageCheckpoint) -> Predicted:
-    """Own ship's track from a place of the voyage on."""
-    state, memory = place.carry.state, place.carry.memory
-    own = predict_track(place.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
-    return track_of(own, voyage.settings.step_s)
+def _predict(voyage: Voyage, start: VoyageCheckpoint) -> PredictedTrack:
+    """Predict own ship's track from a checkpoint on."""
+    state, memory = start.carry.state, start.carry.memory
+    own = predict_track(start.pilot, voyage.encounter, state, memory, voyage.ship, voyage.settings)
+    return PredictedTrack.of(own, voyage.settings.step_s)
 
 
 class SimulatedSession(Session):
-    """Sails as far as is looked; going back and forth reads the log."""
+    """Simulates as far as is looked; frames before are read from the log."""
 
-    def __init__(self, scenario: Scenario, pilot: Pilot, ship: str, advise: bool, logs: Path):
-        self._scenario, self._advise, self._logs = scenario, advise, logs
-        self._steps = steps_of(scenario)
-        self._run = LoggedVoyage(Voyage(scenario, pilot, self._steps, advise), logs)
-        self._other: LoggedVoyage | None = None
-        self.at = -1
-        self.card = SessionInfo(
-            scenario.source,
-            scenario.title,
-            "recorded" if advise else "simulated",
-            ship,
-            self._steps * self._run.voyage.settings.step_s,
-            scenario.notes,
-        )
+    def __init__(self, scenario: Scenario, pilot: Pilot, ship: str, advise: bool, log_dir: Path):
+        self._scenario, self._advise, self._log_dir = scenario, advise, log_dir
+        self._n_steps = steps_of(scenario)
+        self._main = LoggedVoyage(self._voyage(pilot), log_dir)
+        self._compared: LoggedVoyage | None = None
+        self.index = -1
+        mode = "recorded" if advise else "simulated"
+        end_s = self._n_steps * self.step_s
+        self.info = SessionInfo(scenario.source, scenario.title, mode, ship, end_s, scenario.notes)
 
     @property
-    def record(self) -> SessionLog:
-        return self._run.record
-
-    @property
-    def pilot(self) -> str:
-        return self._place.pilot.name
-
-    @property
-    def compared(self) -> str | None:
-        return None if self._other is None else self._other.voyage.place.pilot.name
-
-    @property
-    def reach_s(self) -> tuple[float, float]:
-        voyage = self._run.voyage
-        return 0.0, voyage.place.final * voyage.settings.step_s
+    def log(self) -> FileLog:
+        return self._main.log
 
     @property
     def step_s(self) -> float:
-        return self._run.voyage.settings.step_s
+        return self._main.voyage.settings.step_s
 
-    def ready(self, pilot: Pilot, ahead: bool = True) -> None:
-        voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
+    def status(self) -> SessionStatus:
+        compared = None if self._compared is None else self._compared.voyage.place.pilot.name
+        end_s = self._main.voyage.place.final * self.step_s
+        return SessionStatus(self._checkpoint.pilot.name, compared, (0.0, end_s))
+
+    def warm_up(self, pilot: Pilot, predict: bool = True) -> None:
+        voyage = self._voyage(pilot)
         voyage.advance()
-        if ahead:
-            _predicted(voyage, voyage.place)
+        if predict:
+            _predict(voyage, voyage.place)
 
-    def forward(self) -> Frame | None:
-        following = self.at + 1
-        if not self._run.reach(following):
+    def next_frame(self) -> Frame | None:
+        number = self.index + 1
+        if not self._main.sail_to(number):
             return None
-        self._follow(following)
-        frame = self.record.frame(following)
-        self.at = following
+        if self._compared is not None:
+            self._compared.sail_to(number)
+        frame = self.log.frame(number)
+        self.index = number
         return frame
 
     def seek(self, time_s: float) -> None:
-        wanted = int(time_s / self.step_s + 1e-6)
-        self._run.reach(wanted)
-        wanted = min(wanted, len(self.record) - 1)
-        self._follow(wanted)
-        self.at = wanted
+        number = int(time_s / self.step_s + 1e-6)
+        self._main.sail_to(number)
+        number = min(number, len(self.log) - 1)
+        if self._compared is not None:
+            self._compared.sail_to(number)
+        self.index = number
 
-    def hand_over(self, pilot: Pilot) -> None:
-        number = max(self.at, 0)
-        self._run = self._run.branch(number, pilot)
-        self.at = number
+    def set_pilot(self, pilot: Pilot) -> None:
+        number = max(self.index, 0)
+        self._main = self._main.branch(number, pilot)
+        self.index = number
 
     def compare(self, pilot: Pilot | None) -> None:
-        other = None
+        compared = None
         if pilot is not None:
-            voyage = Voyage(self._scenario, pilot, self._steps, self._advise)
-            other = LoggedVoyage(voyage, self._logs)
+            compared = LoggedVoyage(self._voyage(pilot), self._log_dir)
             try:
-                other.reach(self.at)
+                compared.sail_to(self.index)
             except BaseException:
-                other.record.close()
+                compared.log.close()
                 raise
-        if self._other is not None:
-            self._other.record.close()
-        self._other = other
+        if self._compared is not None:
+            self._compared.log.close()
+        self._compared = compared
 
-    def beside(self) -> list[bytes]:
-        if self._other is None:
+    def compared_history(self) -> list[bytes]:
+        if self._compared is None:
             return []
-        record = self._other.record
-        return record.history(min(max(self.at, 0), len(record)))
+        return self._compared.log.history(min(max(self.index, 0), len(self._compared.log)))
 
-    def beside_now(self) -> bytes | None:
-        if self._other is None or not 0 <= self.at < len(self._other.record):
+    def compared_line(self) -> bytes | None:
+        if self._compared is None or not 0 <= self.index < len(self._compared.log):
             return None
-        return self._other.record.line(self.at)
+        return self._compared.log.line(self.index)
 
-    def predicted(self) -> Predicted | None:
-        if self.at < 0:
-            return None
-        return _predicted(self._run.voyage, self._place)
+    def predicted_track(self) -> PredictedTrack | None:
+        return None if self.index < 0 else _predict(self._main.voyage, self._checkpoint)
 
     def close(self) -> None:
-        self.record.close()
-        if self._other is not None:
-            self._other.record.close()
+        super().close()
+        if self._compared is not None:
+            self._compared.log.close()
+
+    def _voyage(self, pilot: Pilot) -> Voyage:
+        return Voyage(self._scenario, pilot, self._n_steps, self._advise)
 
     @property
-    def _place(self) -> VoyageCheckpoint:
-        """Where the voyage stood before the frame shown."""
-        return self._run.places[self.at] if self.at >= 0 else self._run.voyage.place
-
-    def _follow(self, number: int) -> None:
-        """The compared pilot sails along."""
-        if self._other is not None:
-            self._other.reach(number)
+    def _checkpoint(self) -> VoyageCheckpoint:
+        """The state of the voyage before the frame shown."""
+        return self._main.checkpoints[self.index] if self.index >= 0 else self._main.voyage.place

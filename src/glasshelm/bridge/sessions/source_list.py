@@ -1,7 +1,6 @@
-"""What may be opened from the page: bundled names and generators, never a file of the disk.
+"""What the page may open: bundled names and generators, never a file of its own choice.
 
-A file, a feed or a pilot that the user named on the command line is on the
-list too, under its last name alone.
+A file, a feed or a pilot named on the command line is on the list too, under its file name alone.
 """
 
 import dataclasses
@@ -9,8 +8,7 @@ import threading
 from pathlib import Path
 
 from glasshelm.ais.reports import Feed
-from glasshelm.bridge.server import protocol
-from glasshelm.bridge.server.protocol import PilotCard, Source
+from glasshelm.bridge.server.protocol import Catalogue, PilotEntry, SourceEntry
 from glasshelm.bridge.sessions.log_index import LogIndex
 from glasshelm.core.errors import InputError, hide_paths
 from glasshelm.encounters.imazu import imazu_cases
@@ -30,20 +28,17 @@ from glasshelm.pilots.pilot_resolution import ship_of
 from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.registry import METHODS, default_pilot, pilot_named, pilot_names
-from glasshelm.ship.nomoto import ShipParams, ship_named
+from glasshelm.ship.nomoto import ship_named
 
-#: Before a file: it is played as if its traffic were here and now.
-LIVE = "live:"
-_RECORDINGS = {
+#: Before the name of a file: play it as live traffic.
+LIVE_PREFIX = "live:"
+_RECORDING_TITLES = {
     "gulf-of-finland": "Gulf of Finland, 10 minutes with a real own ship",
     "new-york": "New York harbour, one hour of AIS",
 }
 #: Random encounters that the menu offers; any other seed can be asked for.
 _RANDOM = ("random:35", "random:7", "random:12:6", "wide:3", "converging:2")
-
-
-#: The ways of choosing courses as the page calls them.
-TITLES = {
+_METHOD_TITLES = {
     "waypoint": "To the waypoint",
     "cpa": "CPA rule",
     "vo": "Velocity obstacles",
@@ -56,129 +51,136 @@ TITLES = {
 
 
 class SourceList:
-    """Scenarios, pilots and logs by the names that the page may use.
+    """Scenarios, pilots and logs by the names the page may use.
 
-    ``source`` and ``pilot`` are what the command line named, if not bundled; ``token`` is of
-    the server that ``source`` is, and nobody else gets it; ``minutes`` is how much of recorded
-    traffic is shown.
+    Args:
+        log_index: The logs.
+        source: The source of the command line, bundled or not.
+        pilot: The pilot of the command line, bundled or not.
+        signalk_token: A token of the Signal K server that ``source`` is; nobody else gets it.
+        minutes: How much of recorded traffic is shown.
     """
 
     def __init__(
         self,
-        shelf: LogIndex,
+        log_index: LogIndex,
         source: str | None = None,
         pilot: str | None = None,
-        token: str | None = None,
+        signalk_token: str | None = None,
         minutes: float | None = None,
     ):
-        self.shelf, self._token, self._cut = shelf, token, recording_settings(minutes)
-        self.feed = source if source and is_feed(source) else None
-        simulated = source is not None and _known(source) and source not in BUNDLED
-        if minutes is not None and (self.feed or simulated):
+        self._log_index, self._signalk_token, self._recording = (
+            log_index,
+            signalk_token,
+            recording_settings(minutes),
+        )
+        self._feed = source if source and is_live_source(source) else None
+        simulated = source is not None and _is_built_in(source) and source not in BUNDLED
+        if minutes is not None and (self._feed or simulated):
             raise InputError(f"{source}: minutes are of recorded traffic only")
-        self._file = source if source and not (self.feed or _known(source)) else None
+        self._file = source if source and not (self._feed or _is_built_in(source)) else None
         self._weights = pilot if pilot and pilot not in pilot_names() else None
         self._pilots: dict[str, Pilot] = {}
-        self._reading = threading.Lock()
+        self._lock = threading.Lock()
 
-    def told(self) -> protocol.Catalogue:
-        """The lists as the page gets them."""
-        cards = [_card(name, self.pilot(name)) for name in self._pilot_names()]
-        return protocol.Catalogue(self._scenarios(), cards, self.shelf.cards())
+    def catalogue(self) -> Catalogue:
+        """Return the lists that the page gets."""
+        pilots = [_pilot_entry(name, self.pilot(name)) for name in self._pilot_names()]
+        return Catalogue(self._scenarios(), pilots, self._log_index.entries())
 
     def scenario(self, source: str, ship: str, own: str | None, at: str | None) -> Scenario:
-        """The scenario of a name of the catalogue, or of a generator."""
+        """Return the scenario of a name of the catalogue, or of a generator."""
         params = ship_named(ship)
         if source in BUNDLED:
-            return scenario_from(source, params, own, at, self._cut)
-        if _known(source):
+            return scenario_from(source, params, own, at, self._recording)
+        if _is_built_in(source):
             if own is not None or at is not None:
                 raise InputError(f"{source}: own ship and time are of recorded traffic only")
             return generated_scenario(source, params)
-        if self._file is not None and source in (alias(self._file), self._file):
-            return self._from_file(self._file, params, own, at)
-        raise InputError(f"no source {source[:100]!r}: choose one of the catalogue")
+        file = self._file
+        if file is None or source not in (display_name(file), file):
+            raise InputError(f"no source {source[:100]!r}: choose one of the catalogue")
+        with hide_paths(display_name(file), file, Path(file)):
+            scenario = scenario_from(file, params, own, at, self._recording)
+        return dataclasses.replace(scenario, source=display_name(file))
 
     def is_live(self, source: str) -> bool:
         """Whether this names the feed of the command line."""
-        return self.feed is not None and source in (self.feed, alias(self.feed))
+        return self._feed is not None and source in (self._feed, display_name(self._feed))
 
-    def live(self, own: str | None) -> Feed:
-        """The feed of the command line."""
-        if self.feed is None:
+    def open_feed(self, own: str | None) -> Feed:
+        """Open the feed of the command line."""
+        if self._feed is None:
             raise InputError("no live traffic was named on the command line")
-        named = self.feed.removeprefix(LIVE)
-        with hide_paths(alias(self.feed), named, Path(named)):
-            return create_feed(named, own, self._token)
+        address = self._feed.removeprefix(LIVE_PREFIX)
+        with hide_paths(display_name(self._feed), address, Path(address)):
+            return create_feed(address, own, self._signalk_token)
 
     def pilot(self, name: str) -> Pilot:
-        """A pilot of the catalogue; read from disk once."""
-        if name == self._weights:
-            name = alias(name)
-        with self._reading:
+        """Return a pilot of the catalogue; it is read from disk once."""
+        weights = self._weights
+        if weights is not None and name == display_name(weights):
+            name = weights
+        with self._lock:
             if name not in self._pilots:
-                if name not in self._pilot_names():
+                if name != weights and name not in pilot_names():
                     raise InputError(f"no pilot {name[:100]!r}: choose one of the catalogue")
-                given = self._weights is not None and name == alias(self._weights)
-                self._pilots[name] = pilot_named(self._weights if given and self._weights else name)
+                self._pilots[name] = pilot_named(name)
             return self._pilots[name]
 
     def pilot_for(self, ship: str, name: str | None) -> Pilot:
-        """The pilot asked for, or the one that steers that ship."""
+        """Return the pilot of that name, or the ship's default pilot."""
         return self.pilot(default_pilot(ship) if name is None else name)
 
     def _pilot_names(self) -> tuple[str, ...]:
-        extra = () if self._weights is None else (alias(self._weights),)
+        extra = () if self._weights is None else (display_name(self._weights),)
         return (*extra, *pilot_names())
 
-    def _scenarios(self) -> list[Source]:
-        found = [Source(s, _RECORDINGS.get(s, s), "recorded") for s in BUNDLED]
+    def _scenarios(self) -> list[SourceEntry]:
+        entries = []
+        if self._feed is not None:
+            name = display_name(self._feed)
+            entries.append(SourceEntry(name, f"Live: {name}", "live"))
         if self._file is not None:
-            kind = "simulated" if ".json" in Path(self._file.lower()).suffixes else "recorded"
-            found.insert(0, Source(alias(self._file), alias(self._file), kind))
-        if self.feed is not None:
-            found.insert(0, Source(alias(self.feed), f"Live: {alias(self.feed)}", "live"))
+            name = display_name(self._file)
+            is_json = ".json" in Path(self._file.lower()).suffixes
+            entries.append(SourceEntry(name, name, "simulated" if is_json else "recorded"))
+        entries += [SourceEntry(s, _RECORDING_TITLES.get(s, s), "recorded") for s in BUNDLED]
         for case, ships in imazu_cases().items():
             count = f"{len(ships)} {'ship' if len(ships) == 1 else 'ships'}"
-            found.append(Source(f"imazu:{case}", f"Imazu case {case}: {count}", "simulated"))
+            entries.append(SourceEntry(f"imazu:{case}", f"Imazu case {case}: {count}", "simulated"))
         for source in _RANDOM:
             family, _, seed = source.partition(":")
             title = f"{family.capitalize()} encounter, seed {seed.replace(':', ', ships: ')}"
-            found.append(Source(source, title, "simulated"))
-        return found
-
-    def _from_file(self, path: str, ship: ShipParams, own: str | None, at: str | None) -> Scenario:
-        with hide_paths(alias(path), path, Path(path)):
-            scenario = scenario_from(path, ship, own, at, self._cut)
-        return dataclasses.replace(scenario, source=alias(path))
+            entries.append(SourceEntry(source, title, "simulated"))
+        return entries
 
 
-def alias(given: str) -> str:
-    """A source as a page shows it: of a path its last name, no folder of the disk."""
-    return given if "://" in given else Path(given.removeprefix(LIVE)).name
+def display_name(source: str) -> str:
+    """Return what the page is told of a source: the file name of a path, without its folder."""
+    return source if "://" in source else Path(source.removeprefix(LIVE_PREFIX)).name
 
 
-def is_feed(source: str) -> bool:
+def is_live_source(source: str) -> bool:
     """Whether a source is live traffic."""
-    return "://" in source or source.startswith(LIVE)
+    return "://" in source or source.startswith(LIVE_PREFIX)
 
 
-def _known(source: str) -> bool:
+def _is_built_in(source: str) -> bool:
     """Whether a source is bundled or generated."""
     return source in BUNDLED or source.partition(":")[0] in (*FAMILIES, "imazu")
 
 
-def _card(name: str, pilot: Pilot) -> PilotCard:
-    ship = ship_of(pilot)
+def _pilot_entry(name: str, pilot: Pilot) -> PilotEntry:
+    ship, kind = ship_of(pilot), "classical"
     if isinstance(pilot, LearnedPilot):
-        return PilotCard(name, f"Learned: {name}", "learned", ship)
-    if isinstance(pilot, GuardedPilot):
-        return PilotCard(name, f"Guarded: {name}", "learned", ship)
-    if isinstance(pilot, CoursePilot):
+        title, kind = f"Learned: {name}", "learned"
+    elif isinstance(pilot, GuardedPilot):
+        title, kind = f"Guarded: {name}", "learned"
+    elif isinstance(pilot, CoursePilot):
+        method = next(name for name, method in METHODS.items() if method is pilot.method)
+        title = f"{_METHOD_TITLES[method]}: {name}"
         kind = "planner" if pilot.method is PLANNER else "classical"
-        return PilotCard(name, f"{TITLES[_method(pilot)]}: {name}", kind, ship)
-    return PilotCard(name, "Keeps her course", "classical", ship)
-
-
-def _method(pilot: CoursePilot) -> str:
-    return next(name for name, method in METHODS.items() if method is pilot.method)
+    else:
+        title = "Keeps its course"
+    return PilotEntry(name, title, kind, ship)

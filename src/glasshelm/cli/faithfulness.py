@@ -1,4 +1,4 @@
-"""``glasshelm exam``: are the explanations of a pilot true?"""
+"""``glasshelm faithfulness``: test whether the explanations of a pilot are true."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,23 +13,20 @@ def run(
     scenes: int = 400,
     ships: tuple[int, ...] = (2, 3, 4, 5, 6),
 ) -> None:
-    """Put every explanation of a pilot to the test: exam.md and figures.
+    """Test every explanation of a pilot: exam.md and figures.
 
-    Each is asked what the pilot would do if ships were not there, and the
-    pilot is asked too. Scores and nulls: docs/explanation/explanations.md. Finished
-    pilots are kept in OUT/chunks: the same command goes on where Ctrl-C stopped it.
+    Each explanation predicts what the pilot would do if ships were not there, and is compared with
+    what the pilot does. Scores and nulls: docs/explanation/explanations.md.
+    Finished pilots are kept in OUT/chunks: the same command goes on where Ctrl-C stopped it.
 
     Args:
         pilots: Bundled names or .safetensors files; NAME=A.safetensors,B.safetensors for the
             training seeds of one pilot.
         out: Folder for what is written.
-        encounters: Random encounters that are sailed for scenes.
-        scenes: Scenes at most of each number of ships.
+        encounters: Random encounters that are simulated for scenes.
+        scenes: At most so many scenes for each number of ships.
         ships: Numbers of ships in the scenes (2 to 6).
     """
-    from glasshelm.core.compile_cache import enable_compile_cache
-
-    enable_compile_cache()
     import shlex
     import sys
 
