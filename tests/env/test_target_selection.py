@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import motion_at, straight_track
 from glasshelm.env.observe import Observation, empty_observation, observe, push_frame
-from glasshelm.env.target_selection import RANGE_M, select_targets, smallest_distance, to_slots
+from glasshelm.env.target_selection import RANGE_M, select_targets, smallest_distance
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipState
 
@@ -142,14 +142,6 @@ def test_smallest_distance_against_small_steps(seed):
     brute, exact = both_distances(position, motion, t)
     assert bool(jnp.all(exact <= brute * (1 + 1e-4) + 0.1))
     np.testing.assert_allclose(exact, brute, rtol=1e-2, atol=5.0)
-
-
-def test_values_go_back_to_their_slots():
-    observation = traffic(np.random.default_rng(5), 30)
-    fed, indices = fed_of(observation, 6, LOA_M)
-    back = to_slots(jnp.arange(1.0, 7.0), indices, fed.present, 30)
-    assert set(np.flatnonzero(back).tolist()) == chosen(observation, 6)
-    np.testing.assert_array_equal(back[indices], jnp.where(fed.present, jnp.arange(1.0, 7.0), 0))
 
 
 def test_jit_and_vmap_agree_with_eager():

@@ -74,19 +74,19 @@ def test_gradient_reaches_the_actions_of_worlds_with_ships():
 
 def test_whole_tells_the_worlds_that_fit():
     present = of_counts().present  # 0, 3, 1, 4, 2, 0 ships
-    assert Packed(present, SHIPS).whole.tolist() == [True] * 6
-    assert Packed(present, SHIPS - 1).whole.tolist() == [True] * 4 + [False, True]
-    assert Packed(present, 4).whole.tolist() == [True] * 3 + [False, False, True]
+    assert Packed(present, SHIPS).complete.tolist() == [True] * 6
+    assert Packed(present, SHIPS - 1).complete.tolist() == [True] * 4 + [False, True]
+    assert Packed(present, 4).complete.tolist() == [True] * 3 + [False, False, True]
     # 0, 9, 1, 16, 4, 0 pairs: room for all ships, but not for all pairs
-    assert Packed(present, SHIPS, PAIRS).whole.tolist() == [True] * 6
-    assert Packed(present, SHIPS, 12).whole.tolist() == [True] * 3 + [False, False, True]
+    assert Packed(present, SHIPS, PAIRS).complete.tolist() == [True] * 6
+    assert Packed(present, SHIPS, 12).complete.tolist() == [True] * 3 + [False, False, True]
 
 
 def test_worlds_that_fit_are_right_although_others_do_not():
     actor, critic = make_actor("attention", SIZES, KEY), SubTaskCritic(CRITIC, KEY)
     observation, rudder = of_counts(), actions(len(COUNTS))
     fleet = Packed(observation.present, SHIPS - 3, PAIRS - 5)
-    whole = np.asarray(fleet.whole)
+    whole = np.asarray(fleet.complete)
     assert 0 < whole.sum() < len(COUNTS)
     np.testing.assert_allclose(
         actor(observation, fleet)[whole], actor(observation)[whole], rtol=1e-4, atol=1e-6
@@ -106,23 +106,23 @@ def test_verbs_do_what_they_say(make):
     draw = np.random.default_rng(1)
     u, v = (draw.normal(size=(len(COUNTS), SLOTS, 2)).astype(np.float32) for _ in "uv")
     here = np.asarray(present)
-    rows = fleet.rows(jnp.asarray(u))
+    rows = fleet.to_rows(jnp.asarray(u))
 
     total = np.where(here[..., None], u, 0).sum(1)
-    np.testing.assert_allclose(fleet.collect(rows), total, atol=1e-5)
-    np.testing.assert_allclose(fleet.slots(rows[..., 0]), np.where(here, u[..., 0], 0))
+    np.testing.assert_allclose(fleet.sum_ships(rows), total, atol=1e-5)
+    np.testing.assert_allclose(fleet.to_slots(rows[..., 0]), np.where(here, u[..., 0], 0))
 
-    spread = fleet.slots(fleet.spread(jnp.asarray(u[:, 0]))[..., 0] + 0 * rows[..., 0])
+    spread = fleet.to_slots(fleet.broadcast(jnp.asarray(u[:, 0]))[..., 0] + 0 * rows[..., 0])
     np.testing.assert_allclose(spread, np.where(here, u[:, :1, 0], 0))
 
     weight = np.where(here, np.exp(u[..., 0]), 0)
     share = weight / np.maximum(weight.sum(-1, keepdims=True), 1e-30)
-    np.testing.assert_allclose(fleet.slots(fleet.softmax(rows[..., 0])), share, atol=1e-6)
+    np.testing.assert_allclose(fleet.to_slots(fleet.softmax(rows[..., 0])), share, atol=1e-6)
 
-    pairs = fleet.pairs(rows, fleet.rows(jnp.asarray(v)))
+    pairs = fleet.pairs(rows, fleet.to_rows(jnp.asarray(v)))
     both = (u[:, :, None] + v[:, None])[..., 1] ** 2
     expected = np.where(here, np.where(here[:, None], both, 0).sum(-1), 0)
-    found = fleet.slots(fleet.collect_pairs(pairs[..., 1] ** 2))
+    found = fleet.to_slots(fleet.sum_pairs(pairs[..., 1] ** 2))
     np.testing.assert_allclose(found, expected, rtol=1e-5)
 
 

@@ -80,6 +80,15 @@ def random_encounter(
     Own ship starts at the origin on (about) north, the waypoint lies due north.
     A target is placed where it would collide with own ship after t_col if both
     kept straight on (Eq. 8), then moved by noise (Eq. 9).
+
+    Args:
+        key: Of the random numbers.
+        ship: Own ship.
+        settings: The distribution.
+        count: Targets; at most ``settings.slots``.
+
+    Returns:
+        An encounter of ``settings.slots`` slots.
     """
     count_key, ships_key, waypoint_key, heading_key = jax.random.split(key, 4)
     low, high = settings.targets

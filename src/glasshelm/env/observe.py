@@ -56,7 +56,17 @@ class Observation(eqx.Module):
 def observe(
     own: ShipState, waypoint: Vector, motion: Motion, present: Bool[Array, " n"]
 ) -> ObservationFrame:
-    """The normalised frame that own ship sees now (Eq. 10-11); absent slots are zero."""
+    """The normalised frame of one instant (Eq. 10-11).
+
+    Args:
+        own: Own ship.
+        waypoint: Where it is going (east, north) [m].
+        motion: The targets.
+        present: Which slots hold a target.
+
+    Returns:
+        The frame; absent slots are zero.
+    """
     to_waypoint = to_body(offset(own, waypoint), own.heading_rad)
     s_wp = jnp.stack(
         [

@@ -63,7 +63,16 @@ FAR_M = 1e6  # where an absent target counts as being
 def reset(
     encounter: Encounter, ship: ShipParams, settings: EnvSettings = EnvSettings()
 ) -> EnvState:
-    """The first state of an encounter: all five frames show it as it is (section 3.3)."""
+    """The first state of an encounter: all five frames show it as it is (section 3.3).
+
+    Args:
+        encounter: Own ship's start and route, and the tracks of the targets.
+        ship: Own ship.
+        settings: Of the decision process.
+
+    Returns:
+        The state, with the first observation.
+    """
     start = EnvState(
         encounter.own,
         jnp.zeros((), jnp.int32),
@@ -102,7 +111,18 @@ def step(
     ship: ShipParams,
     settings: EnvSettings = EnvSettings(),
 ) -> StepResult:
-    """Hold a rudder command for one step: the next state, its rewards and endings."""
+    """Hold a rudder command for one step.
+
+    Args:
+        encounter: The encounter that the state is of.
+        state: The state now.
+        rudder_command_rad: The rudder, starboard positive; clipped to the limit.
+        ship: Own ship.
+        settings: Of the decision process.
+
+    Returns:
+        The next state, its rewards and endings.
+    """
     own = advance(state.own, rudder_command_rad, ship, settings.step_s)
     return observe_step(encounter, state, own, ship, settings)
 
@@ -114,10 +134,10 @@ def observe_step(
     ship: ShipParams,
     settings: EnvSettings = EnvSettings(),
 ) -> StepResult:
-    """The outcome of a step after which own ship is found in state ``own``.
+    """The result of a step after which own ship is in state ``own``.
 
     :func:`step` with the ship's motion left to the caller: a recorded own ship
-    keeps her track, and what she does is seen and valued all the same.
+    keeps its track, and is observed and rewarded all the same.
     """
     count = state.step + 1
     motion = targets_at(encounter, count * settings.step_s)

@@ -1,4 +1,4 @@
-"""Which ships the pilot is shown when there are more than she was trained for.
+"""Which targets the pilot is shown when there are more than it was trained for.
 
 The rule: ships within 20 km only; ships inside own ship's domain first; then
 by how deep each would come into the domain within half an hour if both kept
@@ -6,18 +6,18 @@ straight on (the smallest distance, measured in half axes of the domain).
 """
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from glasshelm.core.geometry import Vector
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S, TARGET_FEATURES, Observation
 from glasshelm.ship.domain import danger_unclipped, domain_axes
 from glasshelm.ship.nomoto import SHIPS
 
-#: Ships fed at most.
+#: Targets shown at most.
 MAX_TARGETS = 20
-#: Ships farther off are not fed [m].
+#: Targets farther off are not shown [m].
 RANGE_M = 20_000.0
-#: How far ahead the feed looks [s].
+#: How far ahead urgency is judged [s].
 AHEAD_S = 1800.0
 
 _DX, _DY, _VX, _VY = (TARGET_FEATURES.index(name) for name in ("dx", "dy", "vx", "vy"))
@@ -28,13 +28,19 @@ def select_targets(
     capacity: int = MAX_TARGETS,
     loa_m: float | Float[Array, ""] = float(SHIPS["paper"].loa_m),
 ) -> tuple[Observation, Int[Array, " k"]]:
-    """The observation of the most urgent ships in at most ``capacity`` slots, and their slots.
+    """The observation of the most urgent targets, in at most ``capacity`` slots.
 
-    ``indices[k]`` is the slot of ``observation`` that fed slot ``k`` shows, in rising
-    order; it means nothing where the fed observation has nobody present. With
-    no more slots than ``capacity`` everything is shown as it is, whatever its
-    range. ``loa_m`` is own ship's length: it decides who is inside the domain
-    now; the order of the others does not depend on it.
+    With no more slots than ``capacity``, everything is shown as it is, whatever its range.
+
+    Args:
+        observation: Of any number of targets.
+        capacity: Slots at most.
+        loa_m: Own ship's length [m]: it decides who is inside the domain now; the order of the
+            others does not depend on it.
+
+    Returns:
+        The observation, and for each of its slots the slot of the whole observation that it
+        shows, in rising order; without meaning where the slot is empty.
     """
     slots = observation.present.shape[-1]
     if slots <= capacity:
@@ -50,16 +56,6 @@ def select_targets(
     present = near[indices]
     targets = jnp.where(present[:, None, None], observation.targets[indices], 0.0)
     return Observation(observation.waypoint, targets, present), indices
-
-
-def to_slots(
-    values: Float[Array, " k"],
-    indices: Int[Array, " k"],
-    present: Bool[Array, " k"],
-    slots: int,
-) -> Float[Array, " n"]:
-    """Values of fed ships back in the slots of the whole observation, 0 for ships not fed."""
-    return jnp.zeros(slots, values.dtype).at[indices].set(jnp.where(present, values, 0.0))
 
 
 def smallest_distance(

@@ -132,7 +132,18 @@ def _log_errors(path: Path) -> Iterator[None]:
 
 
 def write_log(path: str | Path, frames: Iterable[Frame]) -> int:
-    """Write a whole log, replacing the file; returns the number of frames."""
+    """Write a whole log, replacing the file.
+
+    Args:
+        path: The JSON Lines file.
+        frames: The frames, in order.
+
+    Returns:
+        The number of frames.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
     with (
         atomic_write(path) as partial,
         hide_paths(str(path), partial),
@@ -146,8 +157,16 @@ def write_log(path: str | Path, frames: Iterable[Frame]) -> int:
 def read_log(path: str | Path) -> Iterator[Frame]:
     """The frames of a log, one by one.
 
-    A last line without its end is left out if it cannot be read. InputError if
-    there is no such file, or names the first damaged line before it.
+    A last line without its end is left out if it cannot be read.
+
+    Args:
+        path: A JSON Lines file of frames.
+
+    Returns:
+        An iterator; the file is read as it goes.
+
+    Raises:
+        InputError: There is no such file, or a line before the last is damaged.
     """
     decoder = msgspec.json.Decoder(Frame)
     try:

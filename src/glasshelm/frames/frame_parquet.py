@@ -22,9 +22,17 @@ _ROWS = 20_000  # rows a group
 
 
 def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
-    """Write the table, whole or not at all; returns its number of rows.
+    """Write frames as a Parquet table, whole or not at all.
 
-    InputError if it cannot be written.
+    Args:
+        frames: The frames.
+        path: The file.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        InputError: The file cannot be written.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

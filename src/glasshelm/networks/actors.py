@@ -1,7 +1,7 @@
 """Actors for any number of ships: sum (Eq. 20-21) and attention (Eq. 23).
 
 An actor returns the rudder as a fraction of the limit, in (−1, 1), starboard
-positive. ``fleet`` chooses padded slots (default) or packed rows.
+positive. ``ships`` chooses padded slots (default) or packed rows.
 """
 
 import dataclasses
@@ -48,11 +48,11 @@ class SumActor(eqx.Module):
         self.lens = sizes.lens
 
     def __call__(
-        self, observation: Observation, fleet: ShipBatch | None = None
+        self, observation: Observation, ships: ShipBatch | None = None
     ) -> Float[Array, "*b"]:
-        fleet = Padded(observation.present) if fleet is None else fleet
-        traffic = fleet.collect(
-            self.encode_target(encode(self.lens, fleet.rows(observation.targets)))
+        ships = Padded(observation.present) if ships is None else ships
+        traffic = ships.sum_ships(
+            self.encode_target(encode(self.lens, ships.to_rows(observation.targets)))
         )
         own = self.encode_waypoint(encode(self.lens, observation.waypoint))
         return softsign(self.head(softsign(own + traffic)))[..., 0]
@@ -77,24 +77,24 @@ class AttentionActor(eqx.Module):
         self.lens = sizes.lens
 
     def __call__(
-        self, observation: Observation, fleet: ShipBatch | None = None
+        self, observation: Observation, ships: ShipBatch | None = None
     ) -> Float[Array, "*b"]:
-        fleet = Padded(observation.present) if fleet is None else fleet
-        inputs = encode(self.lens, fleet.rows(observation.targets))
-        alpha = self._attend(inputs, fleet)
-        traffic = fleet.collect(alpha[..., None] * self.encode_target(inputs))
+        ships = Padded(observation.present) if ships is None else ships
+        inputs = encode(self.lens, ships.to_rows(observation.targets))
+        alpha = self._attend(inputs, ships)
+        traffic = ships.sum_ships(alpha[..., None] * self.encode_target(inputs))
         own = self.encode_waypoint(encode(self.lens, observation.waypoint))
         return softsign(self.head(softsign(own + traffic)))[..., 0]
 
     def attention(self, observation: Observation) -> Float[Array, "*b n"]:
         """α of every slot (Eq. 23): sums to 1 over the ships present, 0 elsewhere."""
-        fleet = Padded(observation.present)
-        return fleet.slots(self._attend(encode(self.lens, observation.targets), fleet))
+        ships = Padded(observation.present)
+        return ships.to_slots(self._attend(encode(self.lens, observation.targets), ships))
 
-    def _attend(self, inputs: Float[Array, "*r d"], fleet: ShipBatch) -> Float[Array, "*r"]:
+    def _attend(self, inputs: Float[Array, "*r d"], ships: ShipBatch) -> Float[Array, "*r"]:
         first, second = jnp.split(self.score.weights[0], 2)  # of s_i and of s_j
-        score = self.score.from_first_product(fleet.pairs(inputs @ first, inputs @ second))[..., 0]
-        return fleet.softmax(fleet.collect_pairs(score))
+        score = self.score.from_first_product(ships.pairs(inputs @ first, inputs @ second))[..., 0]
+        return ships.softmax(ships.sum_pairs(score))
 
 
 Actor = SumActor | AttentionActor

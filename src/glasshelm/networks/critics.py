@@ -64,16 +64,16 @@ class SubTaskCritic(eqx.Module):
         self.lens = sizes.lens
 
     def __call__(
-        self, observation: Observation, action: Float[Array, "*b"], fleet: ShipBatch | None = None
+        self, observation: Observation, action: Float[Array, "*b"], ships: ShipBatch | None = None
     ) -> QValues:
         """Values of a rudder ``action`` (a fraction of the limit), head by head."""
-        fleet = Padded(observation.present) if fleet is None else fleet
+        ships = Padded(observation.present) if ships is None else ships
         column = action[..., None]
         own = encode(self.lens, observation.waypoint)
-        others = encode(self.lens, fleet.rows(observation.targets))
+        others = encode(self.lens, ships.to_rows(observation.targets))
         return QValues(
             _head(self.of_waypoint, own, column),
-            fleet.slots(_head(self.of_target, others, fleet.spread(column))),
+            ships.to_slots(_head(self.of_target, others, ships.broadcast(column))),
         )
 
 

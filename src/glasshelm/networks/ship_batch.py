@@ -5,13 +5,13 @@ sees ships as *rows*. :class:`Padded` makes a row of every slot and masks;
 :class:`Packed` makes rows of the ships that are there, so that no matrix
 product is spent on nobody. Networks are written once against these verbs:
 
-* ``rows(x)``      slots → rows
-* ``spread(a)``    one value a world → the rows of its ships
-* ``collect(y)``   rows → their sum over the ships of each world (the transpose of ``spread``)
-* ``softmax(y)``   over the ships of each world
-* ``pairs(u, v)``  u_i + v_j for all ordered pairs of ships of a world
-* ``collect_pairs(y)``  pairs → rows, the sum over j
-* ``slots(y)``     rows → slots, zero where nobody is
+* ``to_rows(x)``    slots → rows
+* ``broadcast(a)``  one value a world → the rows of its ships
+* ``sum_ships(y)``  rows → their sum over the ships of each world (transpose of ``broadcast``)
+* ``softmax(y)``    over the ships of each world
+* ``pairs(u, v)``   u_i + v_j for all ordered pairs of ships of a world
+* ``sum_pairs(y)``  pairs → rows, the sum over j
+* ``to_slots(y)``   rows → slots, zero where there is no ship
 """
 
 import equinox as eqx
@@ -27,13 +27,13 @@ class Padded(eqx.Module):
 
     present: Bool[Array, "*b n"]
 
-    def rows(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def to_rows(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         return x
 
-    def spread(self, a: Float[Array, "*b d"]) -> Float[Array, "*b 1 d"]:
+    def broadcast(self, a: Float[Array, "*b d"]) -> Float[Array, "*b 1 d"]:
         return a[..., None, :]
 
-    def collect(self, y: Float[Array, "*b n d"]) -> Float[Array, "*b d"]:
+    def sum_ships(self, y: Float[Array, "*b n d"]) -> Float[Array, "*b d"]:
         return jnp.sum(jnp.where(self.present[..., None], y, 0.0), axis=-2)
 
     def softmax(self, y: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
@@ -44,10 +44,10 @@ class Padded(eqx.Module):
     ) -> Float[Array, "*b n n d"]:
         return u[..., :, None, :] + v[..., None, :, :]
 
-    def collect_pairs(self, y: Float[Array, "*b n n"]) -> Float[Array, "*b n"]:
+    def sum_pairs(self, y: Float[Array, "*b n n"]) -> Float[Array, "*b n"]:
         return jnp.sum(jnp.where(self.present[..., None, :], y, 0.0), axis=-1)
 
-    def slots(self, y: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
+    def to_slots(self, y: Float[Array, "*b n"]) -> Float[Array, "*b n"]:
         return jnp.where(self.present, y, 0.0)
 
 
@@ -56,26 +56,26 @@ class _Packing(eqx.Module):
 
     flat: Int[Array, " r"]  # row -> w * n + slot
     group: Int[Array, " r"]  # row -> w
-    place: Int[Array, "w n"]  # slot -> row (clipped; masked by `here`)
-    here: Bool[Array, "w n"]  # slots that have a row
+    place: Int[Array, "w n"]  # slot -> row (clipped; masked by `filled`)
+    filled: Bool[Array, "w n"]  # slots that have a row
 
 
 def _pack(mask: Bool[Array, "w n"], capacity: int) -> _Packing:
     worlds, slots = mask.shape
     flat = jnp.nonzero(mask.reshape(-1), size=capacity, fill_value=0)[0]
     order = (jnp.cumsum(mask.reshape(-1)) - 1).reshape(worlds, slots)
-    here = mask & (order < capacity)
-    return _Packing(flat, flat // slots, jnp.clip(order, 0, capacity - 1), here)
+    filled = mask & (order < capacity)
+    return _Packing(flat, flat // slots, jnp.clip(order, 0, capacity - 1), filled)
 
 
-def _row_sum(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
-    return jnp.sum(jnp.where(p.here[..., None], y[p.place], 0.0), axis=1)
+def _row_sums(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
+    return jnp.sum(jnp.where(p.filled[..., None], y[p.place], 0.0), axis=1)
 
 
 def _pair_slots(y: Float[Array, "p d"], pairs: _Packing) -> Float[Array, "w n n d"]:
-    worlds, square = pairs.here.shape
+    worlds, square = pairs.filled.shape
     slots = round(square**0.5)
-    padded = jnp.where(pairs.here[..., None], y[pairs.place], 0.0)
+    padded = jnp.where(pairs.filled[..., None], y[pairs.place], 0.0)
     return padded.reshape(worlds, slots, slots, -1)
 
 
@@ -84,24 +84,24 @@ def _pair_slots(y: Float[Array, "p d"], pairs: _Packing) -> Float[Array, "w n n 
 
 
 @jax.custom_vjp
-def _collect(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
-    return _row_sum(y, p)
+def _sum_rows(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
+    return _row_sums(y, p)
 
 
-def _collect_bwd(p: _Packing, g: Float[Array, "w d"]) -> tuple[Float[Array, "r d"], None]:
-    used = (jnp.arange(p.group.shape[0]) < p.here.sum())[:, None]
+def _sum_rows_bwd(p: _Packing, g: Float[Array, "w d"]) -> tuple[Float[Array, "r d"], None]:
+    used = (jnp.arange(p.group.shape[0]) < p.filled.sum())[:, None]
     return jnp.where(used, g[p.group], 0.0), None
 
 
-_collect.defvjp(lambda y, p: (_row_sum(y, p), p), _collect_bwd)
+_sum_rows.defvjp(lambda y, p: (_row_sums(y, p), p), _sum_rows_bwd)
 
 
 @jax.custom_vjp
-def _spread(a: Float[Array, "w d"], p: _Packing) -> Float[Array, "r d"]:
+def _broadcast(a: Float[Array, "w d"], p: _Packing) -> Float[Array, "r d"]:
     return a[p.group]
 
 
-_spread.defvjp(lambda a, p: (a[p.group], p), lambda p, g: (_row_sum(g, p), None))
+_broadcast.defvjp(lambda a, p: (a[p.group], p), lambda p, g: (_row_sums(g, p), None))
 
 
 @jax.custom_vjp
@@ -118,7 +118,7 @@ def _pair_up_bwd(res: tuple[_Packing, _Packing], g: Float[Array, "p d"]):
 
     def to_rows(slots: Float[Array, "w n d"]) -> Float[Array, "r d"]:
         rows = slots.reshape(-1, slots.shape[-1])[ships.flat]
-        used = (jnp.arange(rows.shape[0]) < ships.here.sum())[:, None]
+        used = (jnp.arange(rows.shape[0]) < ships.filled.sum())[:, None]
         return jnp.where(used, rows, 0.0)
 
     return to_rows(square.sum(2)), to_rows(square.sum(1)), None, None
@@ -128,23 +128,23 @@ _pair_up.defvjp(lambda u, v, s, p: (_pair_up(u, v, s, p), (s, p)), _pair_up_bwd)
 
 
 @jax.custom_vjp
-def _pair_collect(y: Float[Array, "p d"], ships: _Packing, pairs: _Packing) -> Float[Array, "r d"]:
+def _sum_pairs(y: Float[Array, "p d"], ships: _Packing, pairs: _Packing) -> Float[Array, "r d"]:
     slots = _pair_slots(y, pairs).sum(2)
     return slots.reshape(-1, slots.shape[-1])[ships.flat]
 
 
-def _pair_collect_bwd(res: tuple[_Packing, _Packing], g: Float[Array, "r d"]):
+def _sum_pairs_bwd(res: tuple[_Packing, _Packing], g: Float[Array, "r d"]):
     ships, pairs = res
     i, _ = _pair_rows(ships, pairs)
-    used = (jnp.arange(i.shape[0]) < pairs.here.sum())[:, None]
+    used = (jnp.arange(i.shape[0]) < pairs.filled.sum())[:, None]
     return jnp.where(used, g[i], 0.0), None, None
 
 
-_pair_collect.defvjp(lambda y, s, p: (_pair_collect(y, s, p), (s, p)), _pair_collect_bwd)
+_sum_pairs.defvjp(lambda y, s, p: (_sum_pairs(y, s, p), (s, p)), _sum_pairs_bwd)
 
 
 def _pair_rows(ships: _Packing, pairs: _Packing) -> tuple[Int[Array, " p"], Int[Array, " p"]]:
-    slots = ships.here.shape[1]
+    slots = ships.filled.shape[1]
     pair = pairs.flat % (slots * slots)
     return ships.place[pairs.group, pair // slots], ships.place[pairs.group, pair % slots]
 
@@ -153,7 +153,7 @@ class Packed(eqx.Module):
     """The ships that are there, in order: shapes [rows, ...].
 
     ``capacity`` rows are kept; worlds whose ships do not all fit are marked by
-    ``whole`` (they come last) and must be left out of a mean.
+    ``complete`` (they come last) and must be left out of a mean.
     """
 
     present: Bool[Array, "w n"]
@@ -171,43 +171,40 @@ class Packed(eqx.Module):
         self._ships = _pack(present, capacity)
         self._pairs = None
         if pair_capacity is not None:
-            here = self._ships.here
-            both = here[:, :, None] & here[:, None, :]
+            filled = self._ships.filled
+            both = filled[:, :, None] & filled[:, None, :]
             self._pairs = _pack(both.reshape(worlds, slots * slots), pair_capacity)
 
     @property
-    def whole(self) -> Bool[Array, " w"]:
+    def complete(self) -> Bool[Array, " w"]:
         """Worlds all of whose ships (and pairs) have a row."""
-        fits = jnp.all(self._ships.here == self.present, axis=-1)
+        fits = jnp.all(self._ships.filled == self.present, axis=-1)
         if self._pairs is None:
             return fits
         count = self.present.sum(-1)
-        return fits & (self._pairs.here.sum(-1) == count * count)
+        return fits & (self._pairs.filled.sum(-1) == count * count)
 
-    def rows(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def to_rows(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         return x.reshape(-1, *x.shape[2:])[self._ships.flat]
 
-    def spread(self, a: Float[Array, "w d"]) -> Float[Array, "r d"]:
-        return _spread(a, self._ships)
+    def broadcast(self, a: Float[Array, "w d"]) -> Float[Array, "r d"]:
+        return _broadcast(a, self._ships)
 
-    def collect(self, y: Float[Array, "r d"]) -> Float[Array, "w d"]:
-        return _collect(y, self._ships)
+    def sum_ships(self, y: Float[Array, "r d"]) -> Float[Array, "w d"]:
+        return _sum_rows(y, self._ships)
 
     def softmax(self, y: Float[Array, " r"]) -> Float[Array, " r"]:
-        alpha = _masked_softmax(self._to_slots(y), self._ships.here)
+        alpha = _masked_softmax(self.to_slots(y), self._ships.filled)
         return alpha.reshape(-1)[self._ships.flat]
 
     def pairs(self, u: Float[Array, "r d"], v: Float[Array, "r d"]) -> Float[Array, "p d"]:
         return _pair_up(u, v, self._ships, self._paired)
 
-    def collect_pairs(self, y: Float[Array, " p"]) -> Float[Array, " r"]:
-        return _pair_collect(y[:, None], self._ships, self._paired)[:, 0]
+    def sum_pairs(self, y: Float[Array, " p"]) -> Float[Array, " r"]:
+        return _sum_pairs(y[:, None], self._ships, self._paired)[:, 0]
 
-    def slots(self, y: Float[Array, " r"]) -> Float[Array, "w n"]:
-        return self._to_slots(y)
-
-    def _to_slots(self, y: Float[Array, " r"]) -> Float[Array, "w n"]:
-        return jnp.where(self._ships.here, y[self._ships.place], 0.0)
+    def to_slots(self, y: Float[Array, " r"]) -> Float[Array, "w n"]:
+        return jnp.where(self._ships.filled, y[self._ships.place], 0.0)
 
     @property
     def _paired(self) -> _Packing:

@@ -48,7 +48,11 @@ def bundled_pilots() -> tuple[str, ...]:
 
 
 def pilot_names() -> tuple[str, ...]:
-    """Every pilot that needs no file: those bundled, the same guarded, those without weights."""
+    """The names of all pilots that need no file.
+
+    Returns:
+        Those bundled, the same guarded, and those without weights.
+    """
     return (*bundled_pilots(), *(name + GUARDED for name in bundled_pilots()), *WITHOUT_WEIGHTS)
 
 
@@ -80,7 +84,18 @@ def pilot_named(name: str | Path) -> Pilot:
 
 
 def load(name: str | Path) -> LearnedPilot:
-    """A learned pilot: a bundled name or the path of a .safetensors file. Errors as above."""
+    """A learned pilot.
+
+    Args:
+        name: A bundled name, or the path of a ``.safetensors`` file.
+
+    Returns:
+        The pilot.
+
+    Raises:
+        InputError: There is no pilot of that name; the message lists those that there are.
+        CheckpointError: The weights file cannot be used.
+    """
     return _learned(name, bundled_pilots())
 
 

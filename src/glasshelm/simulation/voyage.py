@@ -67,13 +67,25 @@ def simulate(
 ) -> Iterator[Frame]:
     """The frames of a voyage: one at the start and one after each step.
 
-    ``steps`` is by default what fits into the scenario's duration; a voyage
-    ends early where the last waypoint is reached. With ``advise`` own ship
-    keeps her recorded track and the pilot's decision is only told; her rate of
-    turn is the difference of her courses over a step. More ships than the feed
-    holds are chosen from by :func:`glasshelm.env.target_selection.feed`. InputError if
-    there is no track to keep, steps are negative, or what the pilot sees or
-    decides is not a number.
+    Of more targets than a pilot is shown, the most urgent are chosen
+    (:func:`glasshelm.env.target_selection.select_targets`).
+
+    Args:
+        scenario: The encounter.
+        pilot: Who decides.
+        steps: By default what fits into the scenario's duration. A voyage ends early where the
+            last waypoint is reached.
+        advise: Own ship keeps its recorded track, and the pilot only advises; the rate of turn
+            is then the difference of the courses over a step.
+        settings: Of the decision process.
+        lost_shown_s: How long a lost AIS target stays in the frames, where it was last.
+
+    Returns:
+        An iterator; frames are computed as it goes.
+
+    Raises:
+        InputError: There is no track to keep, steps are negative, or what the pilot is shown or
+            decides is not a number.
     """
     steps = steps_of(scenario, steps, settings)
     if advise and scenario.own_track is None:

@@ -248,7 +248,7 @@ def update(
         The state after the update, the critics' loss, and the actor's (0 if not updated).
     """
     fleet = Packed(batch.observation.present, size.targets, size.pairs)
-    batch = eqx.tree_at(lambda b: b.weight, batch, batch.weight * fleet.whole)
+    batch = eqx.tree_at(lambda b: b.weight, batch, batch.weight * fleet.complete)
     adam = optimiser(settings)
     policy = state.target_actor if settings.actor_update else state.actor
     target = td_target(

@@ -43,7 +43,23 @@ def what_if(
     explained: bool = False,
     settings: EnvSettings = EnvSettings(),
 ) -> WhatIfAnswer:
-    """Branch a log at a frame and sail both futures. InputError for what cannot be asked."""
+    """Branch a log at a frame, and sail on with and without the changes.
+
+    Args:
+        frames: The log.
+        number: The frame at which it branches.
+        pilot: Who sails on.
+        changes: What is different from there on, all at once.
+        minutes: How far to sail on.
+        explained: Whether the frames of the branches carry explanations.
+        settings: Of the decision process.
+
+    Returns:
+        Both futures, and the difference in numbers and in a sentence.
+
+    Raises:
+        InputError: There is no such frame, no change, or a change that is not possible.
+    """
     if not changes:
         raise InputError("nothing is asked: name a ship to delete, to hide or to keep, or a rudder")
     if not 0 < minutes <= MOST_MINUTES:
