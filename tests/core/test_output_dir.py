@@ -28,8 +28,8 @@ from glasshelm.training.training_progress import TrainingProgress
 
 HOLD = """
 import sys, pathlib, time
-from glasshelm.core.output_dir import claimed
-with claimed(pathlib.Path(sys.argv[1])):
+from glasshelm.core.output_dir import locked_folder
+with locked_folder(pathlib.Path(sys.argv[1])):
     print("claimed", flush=True)
     time.sleep(600)
 """
