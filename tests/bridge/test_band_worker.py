@@ -117,7 +117,7 @@ def test_a_machine_that_was_busy_is_tried_again(computing):
 
     async def play() -> None:
         beside = BandWorker(ERRORS, pilot_named, lambda told: None)
-        beside._batch_s.extend([1.5] * 5)  # too long for frames of 5 s
+        beside._batch_times_s.extend([1.5] * 5)  # too long for frames of 5 s
         task = asyncio.create_task(beside.run())
         for k in range(100):
             beside.request([frame(5.0 * k)], 5.0)
