@@ -130,7 +130,7 @@ def collect_labels(
         actor: The actor that learns.
         encounters: A batch of the settings' mix.
         actor_share: Probability 1 − β that the actor steers a segment.
-        key: Random key for who steers.
+        key: Random key that draws which of the two steers.
         ship: Own ship.
         settings: Segments, decisions and the expert.
     """

@@ -113,7 +113,7 @@ class SessionHub:
         self._n_dropped += viewer.dropped
 
     async def handle_message(self, viewer: ViewerQueue, text: str | bytes) -> None:
-        """Handle a viewer's message; only that viewer is told what is wrong with it.
+        """Handle a viewer's message; an error goes only to that viewer.
 
         Returns before a slow request is done.
         """
@@ -140,7 +140,7 @@ class SessionHub:
             )
 
     async def _attempt(self, work: Awaitable[None], viewer: ViewerQueue, what: str) -> None:
-        """Do what a viewer asked for; only that viewer is told why it cannot be done."""
+        """Do what a viewer asked for; the reason of a failure goes only to that viewer."""
         try:
             await work
         except Exception as error:

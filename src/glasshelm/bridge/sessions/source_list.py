@@ -157,7 +157,7 @@ class SourceList:
 
 
 def display_name(source: str) -> str:
-    """Return what the page is told of a source: the file name of a path, without its folder."""
+    """Return a source's name on the page: a path's file name, without its folder."""
     return source if "://" in source else Path(source.removeprefix(LIVE_PREFIX)).name
 
 
