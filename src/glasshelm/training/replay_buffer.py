@@ -3,10 +3,10 @@
 Every environment has a ring of rows in order of time. A row is one frame with the
 action taken there and the rewards that followed. The frame in which an episode
 ended has a row of its own that is no transition: a truncated step keeps its true
-next observation beside the first frame of the next episode. The five-frame stacks are rebuilt when sampling: the frames before the
-first of an episode are that first frame, as in
-:func:`glasshelm.env.observe.push_frame`. The targets present must not change within
-an episode, as they do not in random encounters.
+next observation beside the first frame of the next episode. The five-frame stacks
+are rebuilt when sampling. The frames before the first of an episode are that first
+frame, as in :func:`glasshelm.env.observe.push_frame`. The targets present must not
+change within an episode, as they do not in random encounters.
 """
 
 import equinox as eqx
