@@ -198,3 +198,22 @@ def test_code_and_titles_are_no_prose(tmp_path: Path):
         "*Decoding Decision-Making Processes and Behavioral Intentions*\n"
     )
     assert _style().main([str(page)]) == 0
+
+
+def test_cross_references_of_docstrings_resolve():
+    references = [
+        (f"{file.relative_to(TREE)}:{number}", file, name)
+        for file in sorted(PACKAGE.rglob("*.py"))
+        for number, line in enumerate(_text(file).splitlines(), 1)
+        for name in re.findall(r":(?:mod|func|class|meth|data):`~?([^`]+)`", line)
+    ]
+    assert len(references) > 50
+    assert [(place, name) for place, file, name in references if not _resolves(file, name)] == []
+
+
+def _resolves(file: Path, name: str) -> bool:
+    """A full name of any package, or a name or a method of the file itself."""
+    if "." in name and importlib.util.find_spec(name.split(".")[0]) is not None:
+        return _is_name(name) if name.startswith("glasshelm") else True
+    defined = rf"(def |class |^\s*|import \(?|, ){re.escape(name.split('.')[-1])}\b"
+    return re.search(defined, _text(file), re.MULTILINE) is not None

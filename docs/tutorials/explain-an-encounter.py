@@ -22,13 +22,10 @@
 # %%
 # %matplotlib inline
 import glasshelm
-from glasshelm.encounters.scenario_factory import scenario_from
-from glasshelm.ship.nomoto import ship_named
-from glasshelm.simulation.voyage import simulate
 
 pilot = glasshelm.load("paper-attention")
-scenario = scenario_from("random:35", ship_named("paper"))
-frames = list(simulate(scenario, pilot, 360))  # 360 steps of 5 s: half an hour
+scenario = glasshelm.scenario("random:35", "paper")
+frames = list(glasshelm.simulate(scenario, pilot, 360))  # 360 steps of 5 s: half an hour
 print(f"{scenario.title}: {len(frames)} frames, {len(frames[0].targets)} other ships")
 
 # %% [markdown]
@@ -89,11 +86,8 @@ reasons(frames)
 # Branch the voyage at a frame and run it twice with the same pilot: once unchanged, once without the ship that moved the rudder most.
 
 # %%
-from glasshelm.whatif.ask import what_if
-from glasshelm.whatif.changes import Deleted
-
 strongest = max(frame.targets, key=lambda ship: abs(ship.shapley_rad))
-answer = what_if(frames, 29, pilot, [Deleted(strongest.id)], minutes=20)
+answer = glasshelm.what_if(frames, 29, pilot, [glasshelm.Deleted(strongest.id)], minutes=20)
 print(answer.summary)
 
 # %% [markdown]

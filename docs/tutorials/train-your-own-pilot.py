@@ -66,17 +66,14 @@ for name in ("straight", "tiny", "paper-attention"):
 
 # %%
 import glasshelm
-from glasshelm.encounters.scenario_factory import scenario_from
-from glasshelm.ship.nomoto import ship_named
-from glasshelm.simulation.voyage import simulate
 
 
 def same_first_ship(pilot):
     """Share of the frames in which attention and leave-one-out name the same ship."""
     hits = []
     for seed in range(5):
-        scenario = scenario_from(f"random:{seed}:4", ship_named("paper"))
-        for frame in simulate(scenario, pilot, 240):
+        scenario = glasshelm.scenario(f"random:{seed}:4", "paper")
+        for frame in glasshelm.simulate(scenario, pilot, 240):
             most_attention = max(frame.targets, key=lambda ship: ship.attention)
             most_effect = max(frame.targets, key=lambda ship: abs(ship.leave_one_out_rad))
             if abs(most_effect.leave_one_out_rad) > 0.0005:  # 0.03°: some ship matters

@@ -1,6 +1,6 @@
 """What is known of one ship: its latest believable report, and whether the next one is.
 
-The limits are those by which recorded traffic is cleaned (:mod:`.cleaning`), applied
+The limits are those by which recorded traffic is cleaned (:mod:`glasshelm.ais.cleaning`), applied
 to one report at a time as it comes.
 """
 

@@ -53,7 +53,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def locked_folder(folder: Path) -> Iterator[Path]:
-    """``folder``, :func:`writable` and written in by nobody else meanwhile.
+    """``folder``, writable (:func:`writable_folder`) and written in by nobody else meanwhile.
 
     InputError if another process has it. The claim ends with the process,
     however that ends; the empty file ``.lock`` stays.

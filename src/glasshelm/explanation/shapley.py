@@ -117,7 +117,7 @@ def shapley_padded(
 ) -> ShapleyValues:
     """Shares inside a program of any number of slots, some of them empty.
 
-    Exact for up to ``most`` ships; beyond, ``sampled`` in :data:`LIVE` orders or not a
+    Exact for up to ``most`` ships; beyond, ``sampled`` in 2 x :data:`LIVE_PERMUTATIONS` orders or not a
     number. Only the branch that is needed is computed, unless it is vmapped.
     """
     slots = present.shape[0]
@@ -158,7 +158,7 @@ def shapley_by_ship(
 ) -> ShapleyValues:
     """Each ship's share of a decision, slot by slot; empty slots have none.
 
-    For one observation on the host. Exact up to :data:`MOST` ships; beyond, from
+    For one observation on the host. Exact up to :data:`~glasshelm.explanation.coalitions.MAX_EXACT` ships; beyond, from
     2 x :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is
     compiled for each number of ships.
     """

@@ -134,7 +134,7 @@ def gallery(frames: Frames) -> Iterator[tuple[FigureSpec, Figure | None]]:
     """Draw every plate in turn; the figure is None where ``plate.missing`` says why.
 
     A quantity of ships is missing for want of ships before it is for want of a
-    critic: use :func:`reason` for the sentence.
+    critic: use :func:`why_missing` for the sentence.
     """
     voyage = to_series(frames)
     for plate in FIGURES:

@@ -52,7 +52,7 @@ def _flat(frames: Float[Array, "*b frames f"]) -> Float[Array, "*b inputs"]:
 
 
 def input_size(lens: Lens, row: Literal["waypoint", "target"]) -> int:
-    """Length of :func:`through`'s vector."""
+    """Length of :func:`encode`'s vector."""
     features = len(WAYPOINT_FEATURES if row == "waypoint" else TARGET_FEATURES)
     extra = 0 if lens == "flat" else 2 + (len(LENGTHS) if row == "target" else 0)
     return FRAMES * features + extra

@@ -1,6 +1,6 @@
 """The planner: no network, a model of own ship and many simulated manoeuvres.
 
-It is the teacher of the learned pilots and the strongest of the pilots without
+It is the expert that the learned pilots imitate and the strongest of the pilots without
 weights (:mod:`glasshelm.planning.course_planner`). It sees only what they see; it
 cannot say what it values, so its frames carry no explanation.
 """

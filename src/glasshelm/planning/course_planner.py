@@ -4,7 +4,7 @@ Scenario-based model-predictive control in the manner of Johansen et al. (2016):
 a manoeuvre is a short list of course alterations off the way to the waypoint;
 each is sailed ahead with own ship's dynamics (Eq. 6-7) against targets that
 keep course and speed, and valued by the paper's rewards made smooth. Nothing
-but one observation is needed, so it is also the teacher of networks that see
+but one observation is needed, so it is also the expert that networks imitate which see
 no more (:mod:`glasshelm.training.dagger`).
 """
 

@@ -123,7 +123,7 @@ class Voyage:
     """A voyage under way: it gives its next frames when asked, and can change pilots in between.
 
     ``place`` is where it stands; a place that was kept can be gone back to. The
-    arguments are those of :func:`sail`.
+    arguments are those of :func:`simulate`.
     """
 
     def __init__(

@@ -56,7 +56,7 @@ class ValidationScore:
 
 
 class Memoryless(eqx.Module):
-    """An actor as a :class:`BatchPolicy` that remembers nothing."""
+    """An actor as a :class:`~glasshelm.pilots.protocols.BatchPolicy` that remembers nothing."""
 
     actor: Policy
 
