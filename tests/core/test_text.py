@@ -157,11 +157,11 @@ def test_a_figure_that_fails_is_told_of_in_the_report(tmp_path, monkeypatch):
     def fails(voyage):
         raise ValueError("\x1b[31m<no>")
 
-    plates = [dataclasses.replace(room.FIGURES[0], draw=fails), *room.FIGURES[2:4]]
-    monkeypatch.setattr(room, "FIGURES", plates)
+    specs = [dataclasses.replace(room.FIGURES[0], draw=fails), *room.FIGURES[2:4]]
+    monkeypatch.setattr(room, "FIGURES", specs)
     page = room.write_report(plain(), tmp_path).read_text()
     assert "Tracks: not drawn, it failed (ValueError: \\x1b[31m&lt;no&gt;)." in page
-    monkeypatch.setattr(room, "FIGURES", plates[:1])
+    monkeypatch.setattr(room, "FIGURES", specs[:1])
     assert "What happened" in room.write_report(plain(), tmp_path).read_text()
 
 

@@ -15,19 +15,19 @@ LEARNED, PLAIN = to_series(learned()), to_series(plain())
 
 
 def drawn(frames):
-    return {plate.stem for plate in FIGURES if plate.draw(frames) is not None}
+    return {spec.stem for spec in FIGURES if spec.draw(frames) is not None}
 
 
 def test_an_attention_pilot_gets_every_figure():
-    assert drawn(LEARNED) == {plate.stem for plate in FIGURES}
+    assert drawn(LEARNED) == {spec.stem for spec in FIGURES}
 
 
 def test_a_pilot_without_reasons_gets_tracks_and_motion_and_the_reason_why():
     assert drawn(PLAIN) == {"07_tracks", "08_relative", "motion"}
-    for plate in FIGURES:
-        if plate.draw(PLAIN) is None:
-            assert why_missing(plate, PLAIN).endswith(".")
-            assert "not drawn" in why_missing(plate, PLAIN)
+    for spec in FIGURES:
+        if spec.draw(PLAIN) is None:
+            assert why_missing(spec, PLAIN).endswith(".")
+            assert "not drawn" in why_missing(spec, PLAIN)
 
 
 def test_an_empty_sea_still_has_tracks_and_motion():

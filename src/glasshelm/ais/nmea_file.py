@@ -1,4 +1,4 @@
-"""AIS reports of a file of NMEA 0183, decoded as live traffic is (:mod:`glasshelm.ais.nmea_decoder`).
+"""AIS reports of a file of NMEA 0183 (decoder: :mod:`glasshelm.ais.nmea_decoder`).
 
 A report's time is that of its line: of the tag block, of what a receiver or a logger wrote
 beside the sentence, or of the latest RMC. Own ship's sensors are kept under ``OWN_SENSORS``, its

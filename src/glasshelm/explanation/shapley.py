@@ -117,8 +117,8 @@ def shapley_padded(
 ) -> ShapleyValues:
     """Shares inside a program of any number of slots, some of them empty.
 
-    Exact for up to ``most`` ships; beyond, ``sampled`` in 2 x :data:`LIVE_PERMUTATIONS` orders or not a
-    number. Only the branch that is needed is computed, unless it is vmapped.
+    Exact for up to ``most`` ships; beyond, ``sampled`` in 2 x :data:`LIVE_PERMUTATIONS` orders
+    or not a number. Only the branch that is needed is computed, unless it is vmapped.
     """
     slots = present.shape[0]
     if slots <= MAX_PADDED_EXACT:  # an empty slot is a player who never adds anything
@@ -158,8 +158,8 @@ def shapley_by_ship(
 ) -> ShapleyValues:
     """Each ship's share of a decision, slot by slot; empty slots have none.
 
-    For one observation on the host. Exact up to :data:`~glasshelm.explanation.coalitions.MAX_EXACT` ships; beyond, from
-    2 x :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is
+    For one observation on the host. Exact up to
+    :data:`~glasshelm.explanation.coalitions.MAX_EXACT` ships; beyond, from 2 x :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is
     compiled for each number of ships.
     """
     here = np.flatnonzero(np.asarray(observation.present))

@@ -131,18 +131,18 @@ FIGURES = (
 
 
 def gallery(frames: Frames) -> Iterator[tuple[FigureSpec, Figure | None]]:
-    """Draw every plate in turn; the figure is None where ``plate.missing`` says why.
+    """Draw every figure in turn; the figure is None where ``spec.missing`` says why.
 
     A quantity of ships is missing for want of ships before it is for want of a
     critic: use :func:`why_missing` for the sentence.
     """
     voyage = to_series(frames)
-    for plate in FIGURES:
-        yield plate, plate.draw(voyage)
+    for spec in FIGURES:
+        yield spec, spec.draw(voyage)
 
 
-def why_missing(plate: FigureSpec, voyage: Series) -> str:
-    """Why a plate was not drawn, in one line."""
-    about_ships = plate.draw in (danger, attention, intention, reasons, shapley_tracks)
-    why = _NO_SHIP if about_ships and not voyage.ships else plate.missing
-    return f"{plate.title}: not drawn, {why}."
+def why_missing(spec: FigureSpec, voyage: Series) -> str:
+    """Why a figure was not drawn, in one line."""
+    about_ships = spec.draw in (danger, attention, intention, reasons, shapley_tracks)
+    why = _NO_SHIP if about_ships and not voyage.ships else spec.missing
+    return f"{spec.title}: not drawn, {why}."

@@ -29,14 +29,14 @@ def html_page(
     missing: Sequence[str],
     notes: Sequence[str] = (),
 ) -> str:
-    """The report as HTML. ``drawn``: plates with their SVG and width in inches.
+    """The report as HTML. ``drawn``: figures with their SVG and width in inches.
 
-    The first plate is the picture at the top, if there is any. ``missing`` tells in words which
+    The first figure is at the top, if there is any. ``missing`` tells in words which
     figures were not drawn, ``notes`` what was repaired while reading the source.
     """
     picture = "".join(
-        _figure(plate, svg, width, f"{plate.caption} {verdict(voyage)}")
-        for plate, svg, width in drawn[:1]
+        _figure(spec, svg, width, f"{spec.caption} {verdict(voyage)}")
+        for spec, svg, width in drawn[:1]
     )
     mode = "" if voyage.applied else _ADVISED
     parts = [
@@ -50,7 +50,7 @@ def html_page(
         _ships(voyage),
         "<h2>Figures</h2>",
         '<div class="plates">',
-        *(_figure(plate, svg, width, _alt(plate, voyage)) for plate, svg, width in drawn[1:]),
+        *(_figure(spec, svg, width, _alt(spec, voyage)) for spec, svg, width in drawn[1:]),
         "</div>",
         _list("Not drawn", missing),
         _list("Notes on the source", notes),
@@ -97,19 +97,19 @@ def _text(words: str) -> str:
     return html.escape(words, quote=True)
 
 
-def _figure(plate: FigureSpec, svg: bytes, width_in: float, alt: str) -> str:
+def _figure(spec: FigureSpec, svg: bytes, width_in: float, alt: str) -> str:
     data = base64.b64encode(svg).decode("ascii")
     wide, broad = (" wide", ' class="broad"') if width_in > _WIDE_IN else ("", "")
     return (
-        f'<figure{broad}><h3>{_text(plate.title)}</h3><div class="plate{wide}">'
+        f'<figure{broad}><h3>{_text(spec.title)}</h3><div class="plate{wide}">'
         f'<img alt="{_text(alt)}" src="data:image/svg+xml;base64,{data}"></div>'
-        f"<figcaption>{_text(plate.caption)}</figcaption></figure>"
+        f"<figcaption>{_text(spec.caption)}</figcaption></figure>"
     )
 
 
-def _alt(plate: FigureSpec, voyage: Series) -> str:
+def _alt(spec: FigureSpec, voyage: Series) -> str:
     ships = ", ".join(look.label for look in ship_styles(voyage).values())
-    return f"{plate.caption} Ships: {ships or 'none'}."
+    return f"{spec.caption} Ships: {ships or 'none'}."
 
 
 def _facts(voyage: Series) -> str:

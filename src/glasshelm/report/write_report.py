@@ -30,20 +30,20 @@ def write_report(
     drawn, missing = [], []
     try:
         (folder / "figures").mkdir(parents=True, exist_ok=True)
-        for number, plate in enumerate(FIGURES):
-            progress(plate.title, number / len(FIGURES))
+        for number, spec in enumerate(FIGURES):
+            progress(spec.title, number / len(FIGURES))
             try:
-                figure = plate.draw(voyage)
+                figure = spec.draw(voyage)
                 if figure is None:
-                    missing.append(why_missing(plate, voyage))
+                    missing.append(why_missing(spec, voyage))
                     continue
-                save(figure, folder / "figures" / plate.stem)
-                drawn.append((plate, as_svg(figure), float(figure.get_figwidth())))
+                save(figure, folder / "figures" / spec.stem)
+                drawn.append((spec, as_svg(figure), float(figure.get_figwidth())))
             except OSError:
                 raise
             except Exception as error:  # the other figures and the story are worth having
                 why = f"{type(error).__name__}: {error}"
-                missing.append(printable(f"{plate.title}: not drawn, it failed ({why})."))
+                missing.append(printable(f"{spec.title}: not drawn, it failed ({why})."))
         first = voyage.frames[0]
         told = html_page(
             voyage,

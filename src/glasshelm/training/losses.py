@@ -17,7 +17,8 @@ from glasshelm.networks.critics import QValues
 from glasshelm.networks.ship_batch import ShipBatch
 from glasshelm.training.replay_buffer import TransitionBatch
 
-#: Anything that steers as an actor does, and that values as :class:`~glasshelm.networks.critics.SubTaskCritic` does.
+#: Anything that steers as an actor does, and that values as
+#: :class:`~glasshelm.networks.critics.SubTaskCritic` does.
 ActorFn = Callable[[Observation, ShipBatch], Float[Array, "*b"]]
 CriticFn = Callable[[Observation, Float[Array, "*b"], ShipBatch], QValues]
 #: ``sum``: one TD error of the total (the paper); ``heads``: one for each head.

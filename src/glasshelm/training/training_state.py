@@ -99,7 +99,7 @@ def save_pilot(
     config: TrainConfig,
     summary: dict[str, Any],
 ) -> None:
-    """Write a pilot: its networks, with what :func:`~glasshelm.pilots.load_networks.read_networks` needs and how it was trained."""
+    """Write a pilot: its networks, how they are read again, and how it was trained."""
     described = config_to_dict(config)
     if config.init_from is not None:
         # The names alone: folders are private.
