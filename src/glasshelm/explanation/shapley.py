@@ -159,8 +159,9 @@ def shapley_by_ship(
     """Each ship's share of a decision, slot by slot; empty slots have none.
 
     For one observation on the host. Exact up to
-    :data:`~glasshelm.explanation.coalitions.MAX_EXACT` ships; beyond, from 2 x :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is
-    compiled for each number of ships.
+    :data:`~glasshelm.explanation.coalitions.MAX_EXACT` ships; beyond, from 2 x
+    :data:`PERMUTATIONS` orders of a fixed key, with ``error``. One program is compiled for each
+    number of ships.
     """
     here = np.flatnonzero(np.asarray(observation.present))
     scene = Observation(
