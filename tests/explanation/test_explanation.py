@@ -86,11 +86,11 @@ def test_order_of_ships_changes_nothing(kind):
 )
 def test_padding_changes_nothing(kind, ships, slots):
     seen = observation(ships)
-    padded = pad_observation(seen, slots)
-    wide = at(kind, jax.tree.map(jnp.asarray, padded))
+    padded = jax.tree.map(jnp.asarray, pad_observation(seen, slots))
+    wide, everyone = at(kind, padded), jax.device_get(Selection(padded, jnp.arange(slots)))
     assert not wide.present[ships:].any()
     assert not wide.value.by_ship[ships:].any()
-    bare, trimmed = at(kind, seen), _in_slots(wide, Selection(padded, np.arange(slots)), ships)
+    bare, trimmed = at(kind, seen), _in_slots(wide, everyone, ships)
     assert jax.tree.structure(bare) == jax.tree.structure(trimmed)
     for a, b in zip(jax.tree.leaves(bare), jax.tree.leaves(trimmed), strict=True):
         np.testing.assert_allclose(a, b, **CLOSE)
@@ -177,11 +177,15 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
     pilot = untrained(kind)
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
     exact = shapley_by_ship("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
-    np.testing.assert_allclose(why.moves.by_ship[:ships], exact.by_ship, atol=1e-5)
-    np.testing.assert_allclose(why.moves.pairs[:ships, :ships], exact.pairs, atol=1e-5)
-    np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)
-    assert not np.any(why.moves.error)
-    assert np.isfinite(why.worth.all) == (ships <= MAX_PADDED_EXACT)
+    np.testing.assert_allclose(why.rudder_shapley.by_ship[:ships], exact.by_ship, atol=1e-5)
+    np.testing.assert_allclose(why.rudder_shapley.pairs[:ships, :ships], exact.pairs, atol=1e-5)
+    np.testing.assert_allclose(
+        why.rudder_shapley.none + why.rudder_shapley.by_ship.sum(),
+        why.rudder_shapley.all,
+        atol=1e-5,
+    )
+    assert not np.any(why.rudder_shapley.error)
+    assert np.isfinite(why.value_shapley.all) == (ships <= MAX_PADDED_EXACT)
 
 
 @pytest.mark.slow
@@ -189,9 +193,15 @@ def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
     pilot, seen = untrained("sum"), jax.tree.map(jnp.asarray, observation(14))
     why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
     exact = exact_shapley(value_function("rudder", pilot.actor, None, seen, 1.0), 14)
-    assert (why.moves.error > 0).all()
-    assert (np.abs(why.moves.by_ship - exact.by_ship) < 5 * why.moves.error + 1e-6).all()
-    np.testing.assert_allclose(why.moves.none + why.moves.by_ship.sum(), why.moves.all, atol=1e-5)
+    assert (why.rudder_shapley.error > 0).all()
+    assert (
+        np.abs(why.rudder_shapley.by_ship - exact.by_ship) < 5 * why.rudder_shapley.error + 1e-6
+    ).all()
+    np.testing.assert_allclose(
+        why.rudder_shapley.none + why.rudder_shapley.by_ship.sum(),
+        why.rudder_shapley.all,
+        atol=1e-5,
+    )
 
 
 def test_what_one_ship_changes_is_the_rudder_without_her():

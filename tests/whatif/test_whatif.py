@@ -172,8 +172,8 @@ def test_same_question_has_the_same_answer_bit_for_bit(imazu_log, learned):
 
 def same(one: BranchRollout, two: BranchRollout) -> bool:
     parts = (
-        (one.steps.own, one.steps.action, one.reward.waypoint),
-        (two.steps.own, two.steps.action, two.reward.waypoint),
+        (one.steps.own, one.steps.decision.rudder, one.reward.waypoint),
+        (two.steps.own, two.steps.decision.rudder, two.reward.waypoint),
     )
     return all(np.array_equal(a, b) for a, b in zip(*map(jax.tree.leaves, parts), strict=True))
 

@@ -76,7 +76,7 @@ class TargetInfo:
     def __post_init__(self) -> None:
         _set(self, id=printable(self.id), name=safe_name(self.name))
         if self.ship_type is not None:
-            _set(self, kind=safe_name(self.ship_type))
+            _set(self, ship_type=safe_name(self.ship_type))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """The two futures side by side, as a table for the terminal."""
 
+from collections.abc import Callable
+
 from rich.table import Table
 from rich.text import Text
 
@@ -19,17 +21,17 @@ def futures_table(answer: WhatIfAnswer) -> Table:
     out.add_column("as things are")
     out.add_column(Text(answer.counterfactual.condition))
     both = answer.factual_outcome, answer.counterfactual_outcome
-    rows = {
+    rows: dict[str, Callable[[Outcome], str]] = {
         "own ship": _course,
         "nearest": _nearest,
         "worst danger": _danger,
-        "in the domain": lambda told: duration(told.inside_s),
-        "return: waypoint": lambda told: f"{told.reward.waypoint:.2f}",
-        "return: collision": lambda told: f"{told.reward.collision:.2f}",
-        "sailed": lambda told: duration(told.lasts_s),
+        "in the domain": lambda outcome: duration(outcome.inside_s),
+        "return: waypoint": lambda outcome: f"{outcome.reward.waypoint:.2f}",
+        "return: collision": lambda outcome: f"{outcome.reward.collision:.2f}",
+        "sailed": lambda outcome: duration(outcome.duration_s),
     }
     for name, tell in rows.items():
-        out.add_row(name, *(Text(tell(told)) for told in both))
+        out.add_row(name, *(Text(tell(outcome)) for outcome in both))
     parted = answer.differences
     when = "never" if parted.diverge_s is None else f"from {parted.diverge_s:g} s on"
     out.caption = (
@@ -39,9 +41,9 @@ def futures_table(answer: WhatIfAnswer) -> Table:
     return out
 
 
-def _course(told: Outcome) -> str:
-    turn = told.alteration
-    return f"keeps on {course(told.heading_rad)}" if turn is None else _turn(turn)
+def _course(outcome: Outcome) -> str:
+    turn = outcome.alteration
+    return f"keeps on {course(outcome.heading_rad)}" if turn is None else _turn(turn)
 
 
 def _turn(turn: Alteration) -> str:
@@ -49,13 +51,13 @@ def _turn(turn: Alteration) -> str:
     return f"returns to course, {size}" if turn.returns else size
 
 
-def _nearest(told: Outcome) -> str:
-    ship = told.nearest
+def _nearest(outcome: Outcome) -> str:
+    ship = outcome.nearest
     if ship is None:
         return "–"
     return f"{miles(ship.closest_m)} {ship.name}, at {ship.closest_s:g} s"
 
 
-def _danger(told: Outcome) -> str:
-    ship = told.worst
+def _danger(outcome: Outcome) -> str:
+    ship = outcome.worst
     return "none" if ship is None else f"{ship.danger:.2f} {ship.name}"
