@@ -77,7 +77,7 @@ def held(monkeypatch):
         assert go_on.wait(4 * SOON_S)
         return opened(*args)
 
-    def ready(*args):
+    def ready(*args, **kwargs):
         begun.set()
         assert go_on.wait(4 * SOON_S)
 

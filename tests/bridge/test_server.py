@@ -324,7 +324,7 @@ def test_what_if_is_answered_to_who_asked_and_changes_nothing(tmp_path):
         viewer.ask("whatif", change="delete", ship="1").until("whatif")
         gone = viewer.answer
         assert (gone["time_s"], gone["condition"]) == (120.0, "without ship 1")
-        assert gone["sentence"].startswith("Without ship 1, the pilot would ")
+        assert gone["summary"].startswith("Without ship 1, the pilot would ")
         assert len(gone["factual"]) == len(gone["counterfactual"]) == 61
         own = before[-1]["own"]
         for track in (gone["factual"], gone["counterfactual"]):
@@ -375,7 +375,7 @@ def test_a_replayed_log_is_asked_and_one_of_other_weights_is_refused(tmp_path):
 
 
 def test_a_token_is_read_with_at_the_command_line_s_server_alone(tmp_path):
-    given = SourceList(LogIndex(tmp_path), "signalk://127.0.0.1:9", token="secret")
+    given = SourceList(LogIndex(tmp_path), "signalk://127.0.0.1:9", signalk_token="secret")
     assert given.open_feed(None)._server._token == "secret"
     with pytest.raises(InputError, match="choose one of the catalogue"):
         prepare_session(Open("signalk://127.0.0.1:10", "straight", None), given, tmp_path)
@@ -388,7 +388,7 @@ def test_a_first_session_that_cannot_begin_ends_the_server(tmp_path):
     hub = SessionHub(SourceList(LogIndex(tmp_path)), tmp_path)
     app = create_app(hub, AccessControl("127.0.0.1", None), first)
     with pytest.raises(InputError, match="No space left"):
-        serve(app, bind("127.0.0.1", 0), "", browse=False, ready=lambda: None)
+        serve(app, bind("127.0.0.1", 0), "", open_browser=False, on_started=lambda: None)
 
 
 def test_a_feed_that_cannot_listen_is_told_to_who_comes_later_and_on_the_console(tmp_path, caplog):

@@ -26,7 +26,7 @@ def batch(*meetings):
 
 
 def explained(pilot, cases, event=Event.COLLISION, seer=None):
-    return explain_failures(pilot, pilot_named("paper-planner"), seer, cases, event)
+    return explain_failures(pilot, pilot_named("paper-mpc"), seer, cases, event)
 
 
 class Hopeful(eqx.Module):

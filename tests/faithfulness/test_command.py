@@ -59,8 +59,8 @@ def one_line(capsys):
 @pytest.mark.slow
 def test_the_command_writes_its_table_and_figure(tmp_path, weights):
     """The one test here in which scores are computed."""
-    arguments = ["exam", "--pilots", weights("small"), "--encounters", "32", "--scenes", "5"]
-    arguments += ["--ships", "3"]
+    arguments = ["faithfulness", "--pilots", weights("small")]
+    arguments += ["--encounters", "32", "--scenes", "5", "--ships", "3"]
     assert main([*arguments, "--out", str(tmp_path)]) == 0
     assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
     assert (tmp_path / "exam-small.png").stat().st_size > 10_000

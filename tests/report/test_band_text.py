@@ -21,7 +21,7 @@ SHIP = Other("Aurora", 3000.0, 3000.0, 270.0, share_deg=lambda k: 3.0)
 
 def band(low_deg: float, high_deg: float, position_m: float = 10.0) -> Drawn:
     low, high = math.radians(low_deg), math.radians(high_deg)
-    side = {1: "starboard", 0: None, -1: "port"}[RudderBand(low, high).turn]
+    side = {1: "starboard", 0: None, -1: "port"}[RudderBand(low, high).certain_side]
     return Drawn(low, high, position_m, math.radians(0.5), 0.1 * KNOT_M_S, side)
 
 

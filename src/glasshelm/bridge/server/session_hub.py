@@ -200,8 +200,8 @@ class SessionHub:
                 raise
 
             async def replace() -> None:
+                self._broadcast_hello()  # before the session that the new log is of
                 await self.player.replace(presenter, error)
-                self._broadcast_hello()
 
             await self.player.exclusively(replace, presenter.close)
 
