@@ -13,7 +13,7 @@ ALTERNATIVES = ("keep", "to the waypoint", "best to starboard", "best to port", 
 
 
 class ManoeuvreExplanation(eqx.Module):
-    """The chosen manoeuvre, what else there was, and whom it is for.
+    """The chosen manoeuvre, what else there was, and for which ships it is.
 
     Courses are relative to own heading, starboard positive [rad].
 

@@ -214,12 +214,12 @@ class Frame(_Part, frozen=True):
     ``reward`` is of the step that led here (absent in the first frame);
     ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
     rudder 0 (Eq. 22). Of a pilot that chooses a ``manoeuvre`` they are of that, against keeping
-    course and speed; ``alternatives`` are what it was compared with, ``needed`` the ids of a
-    smallest set of targets without which another course would be steered, and ``last_safe_s`` how
-    long course and speed can still be kept before the last manoeuvre that brings no target into
-    the domain (absent if there is none even now). ``outside_training`` names what lies outside
-    the training distribution, in words. ``band`` is there where it was asked for, ``guard`` with
-    a guarded pilot.
+    course and speed, and ``alternatives`` are what it was compared with. ``needed`` holds the ids
+    of a smallest set of targets without which another course would be steered. ``last_safe_s`` is
+    how long course and speed can still be kept before the last manoeuvre that brings no target
+    into the domain; it is absent if there is none even now. ``outside_training`` names what lies
+    outside the training distribution, in words. ``band`` is there where it was asked for, ``guard``
+    with a guarded pilot.
     """
 
     time_s: float
