@@ -38,6 +38,14 @@ def terminal_closed(process):
     process.send_signal(signal.SIGHUP)
 
 
+@pytest.fixture(autouse=True)
+def _hangups_reach_children():
+    """Tests started under nohup ignore SIGHUP, and so would every process that they start."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals are those of POSIX")
 @pytest.mark.parametrize(
     "end", [ctrl_c, ctrl_c_of_the_impatient, terminated, terminated_then_ctrl_c, terminal_closed]
