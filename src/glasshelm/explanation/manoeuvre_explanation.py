@@ -16,7 +16,7 @@ from glasshelm.core.geometry import wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.explanation.coalitions import MAX_EXACT, ShapleyValues
 from glasshelm.explanation.shapley import MAX_PADDED_EXACT, leave_one_out, shapley_padded
-from glasshelm.explanation.step_explanation import Explanation
+from glasshelm.explanation.step_explanation import Explanation, ManoeuvreExplanation
 from glasshelm.networks.critics import QValues
 from glasshelm.planning.manoeuvres import Manoeuvres
 from glasshelm.planning.simulated_critic import ManoeuvreCosts, sail
@@ -104,14 +104,14 @@ def _rows(values: QValues, rows: Int[Array, "*k"]) -> QValues:
     return jax.tree.map(lambda x: x[rows], values)
 
 
-def _as_wide(flags: Bool[Array, " k"], like: Float[Array, "k *n"]) -> Bool[Array, "k *n"]:
+def _as_wide(flags: Bool[Array, " k"], like: Float[Array, "k *n"]) -> Bool[Array, "k *#n"]:
     return flags.reshape(-1, *(1,) * (like.ndim - 1))
 
 
 def _alternatives(
     values: QValues, course_rad: Float[Array, " c"], keep: Int[Array, ""]
 ) -> tuple[Int[Array, " a"], Bool[Array, " a"]]:
-    """The rows of :data:`ALTERNATIVES`, and whether there is such a manoeuvre."""
+    """The rows of the alternatives, and whether there is such a manoeuvre."""
     sides = course_rad > SAME_COURSE_RAD, course_rad < -SAME_COURSE_RAD
     best = [jnp.argmax(jnp.where(side, values.total, -jnp.inf)) for side in sides]
     nobody = choose(values, jnp.zeros(values.by_ship.shape[1], bool))

@@ -3,6 +3,7 @@
 from datetime import timedelta
 from typing import Any
 
+import jax
 import numpy as np
 
 from glasshelm.core.errors import InputError
@@ -284,28 +285,26 @@ def _of_own_rudder(e: Explanation, places: list[int | None], limit_rad: float) -
 def _by_sub_task(parts: QValues | Reward) -> BySubTask:
     helm = getattr(parts, "helm", None)
     waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship, dtype=np.float64))
-    total = waypoint + collision + (0.0 if helm is None else float(helm))
-    return BySubTask(*_plain((waypoint, collision, total)), None if helm is None else _plain(helm))
+    total = waypoint + collision + float(helm or 0.0)
+    return BySubTask(
+        _plain(waypoint), _plain(collision), _plain(total), None if helm is None else _plain(helm)
+    )
 
 
-def _alternatives(
-    m: ManoeuvreExplanation, heading_rad: np.ndarray, ids: list[str]
-) -> list[Alternative]:
+def _alternatives(m: ManoeuvreExplanation, heading_rad: Any, ids: list[str]) -> list[Alternative]:
     """What the manoeuvre was compared with: those that there are."""
-    return [
-        Alternative(
-            name,
-            _true_course(m.alternative_course_rad[row], heading_rad),
-            _by_sub_task(QValues(*(part[row] for part in parts))),
-            {id: _plain(q) for id, q in zip(ids, parts[1][row], strict=True) if id},
-        )
-        for parts in [(m.alternatives.waypoint, m.alternatives.by_ship, m.alternatives.helm)]
-        for row, name in enumerate(ALTERNATIVES)
-        if np.isfinite(parts[0][row])
-    ]
+    found = []
+    for row, name in enumerate(ALTERNATIVES):
+        value = jax.tree.map(lambda x, row=row: x[row], m.alternatives)
+        if np.isfinite(value.waypoint):
+            course = _true_course(m.alternative_course_rad[row], heading_rad)
+            costs = zip(ids, value.by_ship, strict=True)
+            by_target = {id: _plain(q) for id, q in costs if id}
+            found.append(Alternative(name, course, _by_sub_task(value), by_target))
+    return found
 
 
-def _true_course(relative_rad: np.ndarray, heading_rad: np.ndarray) -> float:
+def _true_course(relative_rad: Any, heading_rad: Any) -> float:
     """A course off own heading as a true one in [−π, π)."""
     return _plain((heading_rad + relative_rad + np.pi) % (2 * np.pi) - np.pi)
 

@@ -2,12 +2,13 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
@@ -21,6 +22,8 @@ from glasshelm.pilots.protocols import Pilot
 from glasshelm.planning.manoeuvres import Manoeuvres
 from glasshelm.planning.situation import situation_of
 from glasshelm.whatif.branch import branch_at
+
+Tree = TypeVar("Tree")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,9 +134,9 @@ def _compare(
     others = pilot.critic.table.along(course_rad, bearing)
     other_values = pilot.critic.value(others, seen, pilot.ship)
     row, other = choose(values), choose(other_values)
-    return (
-        *(jax.tree.map(lambda x: x[row], part) for part in (manoeuvres, values)),
-        *(jax.tree.map(lambda x: x[other], part) for part in (others, other_values)),
-        selection.slots,
-        bearing,
-    )
+
+    def at(part: Tree, row: Int[Array, ""]) -> Tree:
+        return jax.tree.map(lambda x: x[row], part)
+
+    chosen = at(manoeuvres, row), at(values, row)
+    return *chosen, at(others, other), at(other_values, other), selection.slots, bearing
