@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from glasshelm.simulation.voyage import simulate
     from glasshelm.whatif.ask import WhatIfAnswer, what_if
     from glasshelm.whatif.changes import Deleted, Hidden, KeptCourse, Rudder
+    from glasshelm.whatif.contrast import Contrast, why_not
 
 #: Where each public name is defined.
 _MODULES = {
@@ -62,6 +63,7 @@ _MODULES = {
     "ship.nomoto": ("SHIPS", "ShipParams", "ShipState"),
     "simulation.voyage": ("simulate",),
     "whatif.ask": ("WhatIfAnswer", "what_if"),
+    "whatif.contrast": ("Contrast", "why_not"),
     "whatif.changes": ("Deleted", "Hidden", "KeptCourse", "Rudder"),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}

@@ -10,6 +10,7 @@ from tests.untrained import observation, untrained
 import glasshelm
 from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 from glasshelm.env.padding import bucket_size, pad_observation
+from glasshelm.explanation.actor_explanation import explain
 from glasshelm.explanation.danger_zero import RANGE_M, far_ship, far_value
 from glasshelm.explanation.shapley import (
     MAX_PADDED_EXACT,
@@ -17,7 +18,6 @@ from glasshelm.explanation.shapley import (
     shapley_by_ship,
     value_function,
 )
-from glasshelm.explanation.step_explanation import explain
 from glasshelm.pilots.decide import Selection, _in_slots
 
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}

@@ -9,7 +9,7 @@ from tests.pilots.scenes import colliding, observed
 
 from glasshelm.colregs.classification import EncounterType, classify_targets
 from glasshelm.pilots.cpa_rule import CpaSettings, cpa_course
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.ship.nomoto import SHIPS
 
 SHIP = SHIPS["paper"]

@@ -30,7 +30,7 @@ from glasshelm.pilots.velocity_obstacles import (
     passes_to_starboard,
     velocity_course,
 )
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import KNOT_M_S, SHIPS
 

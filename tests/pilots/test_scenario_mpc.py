@@ -10,7 +10,7 @@ from tests.pilots.scenes import colliding, observed
 
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.pilots.scenario_mpc import ScenarioSettings, scenario_costs, scenario_course
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import SHIPS, ShipState, advance
 

@@ -12,13 +12,8 @@ from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.env.step import reset, step
 from glasshelm.pilots.course_pilot import CoursePilot
 from glasshelm.pilots.planner import PLANNER
-from glasshelm.planning.course_planner import (
-    CourseSettings,
-    action_gap,
-    plan_course,
-    rudder_towards,
-    situation_of,
-)
+from glasshelm.planning.course_planner import CourseSettings, action_gap, plan_course
+from glasshelm.planning.situation import rudder_towards, situation_of
 from glasshelm.ship.nomoto import SHIPS, ShipState
 
 SHIP = SHIPS["large_ship"]
@@ -120,7 +115,7 @@ def test_an_absent_target_changes_nothing():
 def test_the_manoeuvres_are_those_of_the_settings():
     table = CourseSettings(
         (-30.0, 30.0), (100.0, 200.0), (0.0, 60.0), (50.0,), (60.0,), (70.0, 80.0)
-    ).manoeuvres()
+    ).off_waypoint()
     assert table.shape == (1 + 4 + 2, 4)  # nothing; one alteration; 0 then 60 twice
     np.testing.assert_allclose(table[0], 0.0)
     np.testing.assert_allclose(table[-1], [0.0, 50, np.radians(60), 80], rtol=1e-6)

@@ -9,7 +9,8 @@ import pytest
 
 from glasshelm.encounters.random_encounters import PAPER, WIDE
 from glasshelm.networks.actors import ActorSizes, make_actor
-from glasshelm.planning.course_planner import CourseSettings, rudder_towards
+from glasshelm.planning.course_planner import CourseSettings
+from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.dagger import (
     DaggerSettings,

@@ -140,7 +140,7 @@ export interface SourceEntry {
 export interface PilotEntry {
   name: string;
   title: string;
-  kind: "classical" | "learned" | "planner";
+  kind: "classical" | "glassbox" | "learned" | "planner";
   ship: string | null;
 }
 /**
@@ -202,9 +202,13 @@ export interface History {
  *
  * ``reward`` is of the step that led here (absent in the first frame);
  * ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
- * rudder 0 (Eq. 22). ``outside_training`` names what lies outside the training
- * distribution, in words. ``band`` is there where it was asked for, ``guard`` with
- * a guarded pilot.
+ * rudder 0 (Eq. 22). Of a pilot that chooses a ``manoeuvre`` they are of that, against keeping
+ * course and speed, and ``alternatives`` are what it was compared with. ``needed`` holds the ids
+ * of a smallest set of targets without which another course would be steered. ``last_safe_s`` is
+ * how long course and speed can still be kept before the last manoeuvre that brings no target
+ * into the domain; it is absent if there is none even now. ``outside_training`` names what lies
+ * outside the training distribution, in words. ``band`` is there where it was asked for, ``guard``
+ * with a guarded pilot.
  */
 export interface Frame {
   time_s: number;
@@ -224,6 +228,10 @@ export interface Frame {
   outside_training?: string[] | null;
   band?: Band | null;
   guard?: Guard | null;
+  manoeuvre?: Manoeuvre | null;
+  alternatives?: Alternative[] | null;
+  needed?: string[] | null;
+  last_safe_s?: number | null;
 }
 /**
  * Own ship's parameters (Eq. 6, 14-15).
@@ -265,7 +273,9 @@ export interface Waypoint {
  * ``shapley_error_rad`` its standard error, if it was sampled. ``leave_one_out_rad`` is the rudder
  * less what it would be without this ship, ``shapley_value`` its share of Q.
  * ``shapley_pairs_rad`` is how far it moves the rudder together with each target of the frame,
- * beyond each alone (absent where none matters). ``selected`` is false for a target seen but
+ * beyond each alone (absent where none matters). ``course_shapley_rad`` and
+ * ``course_leave_one_out_rad`` are the same of the course that a manoeuvre begins with.
+ * ``selected`` is false for a target seen but
  * not shown to the pilot. ``age_s`` is the time since it was last heard;
  * ``lost`` says that this is too long ago: its position is the last dead-reckoned one.
  */
@@ -293,6 +303,8 @@ export interface Target {
   leave_one_out_rad?: number | null;
   shapley_value?: number | null;
   shapley_pairs_rad?: number[] | null;
+  course_shapley_rad?: number | null;
+  course_leave_one_out_rad?: number | null;
   length_m?: number | null;
   selected?: boolean;
   lost?: boolean;
@@ -315,12 +327,13 @@ export interface Decision {
   pilot_rudder_rad?: number | null;
 }
 /**
- * One number a sub-task (Eq. 16-19, 22).
+ * One number a sub-task (Eq. 16-19, 22). ``helm``: what a manoeuvre itself costs.
  */
 export interface BySubTask {
   waypoint: number;
   collision: number;
   total?: number | null;
+  helm?: number | null;
 }
 /**
  * Q over the rudder range, split by sub-task; each target carries its own row ``q_sweep``.
@@ -357,6 +370,31 @@ export interface Guard {
   target?: string | null;
   within_s?: number | null;
   depth?: number | null;
+}
+/**
+ * The manoeuvre that the pilot chose: true courses, each held for a time.
+ *
+ * After the last of them own ship steers for the waypoint; ``duration_s`` 0: at once.
+ */
+export interface Manoeuvre {
+  course_rad: number;
+  duration_s: number;
+  then_course_rad?: number | null;
+  then_duration_s?: number | null;
+}
+/**
+ * A manoeuvre that was compared with the chosen one, and what it is worth.
+ *
+ * ``course_rad`` is the true course that it begins with; ``by_target`` is Q_ca of each target,
+ * by its id: they add up to ``value.collision``.
+ */
+export interface Alternative {
+  name: string;
+  course_rad: number;
+  value: BySubTask;
+  by_target: {
+    [k: string]: number;
+  };
 }
 export interface FrameMessage {
   type: "frame";

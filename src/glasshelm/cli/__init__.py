@@ -18,6 +18,7 @@ COMMANDS = {
     "faithfulness": "Test whether the explanations of a pilot are true",
     "run": "Simulate an encounter and write its frames",
     "train": "Train a pilot",
+    "why": "Compare the pilot's manoeuvre at a frame of a log with another course, ship by ship",
     "whatif": "Branch a log: what would have happened if something had been different?",
 }
 

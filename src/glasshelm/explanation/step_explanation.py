@@ -1,29 +1,47 @@
-"""Everything that can be said of one decision, from one pass through the networks."""
+"""What can be said of one decision, whatever kind of pilot made it."""
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from glasshelm.env.observe import Observation
-from glasshelm.explanation.coalitions import MAX_EXACT, ShapleyValues
-from glasshelm.explanation.danger_zero import far_value
-from glasshelm.explanation.quantities import (
-    Intention,
-    Sweep,
-    attention_of,
-    intentions,
-    priorities,
-    rudder_range,
-    values_at,
-)
-from glasshelm.explanation.shapley import (
-    MAX_PADDED_EXACT,
-    leave_one_out,
-    shapley_padded,
-    value_function,
-)
-from glasshelm.networks.actors import Actor
-from glasshelm.networks.critics import QValues, SubTaskCritic
+from glasshelm.explanation.coalitions import ShapleyValues
+from glasshelm.explanation.quantities import Intention, Sweep
+from glasshelm.networks.critics import QValues
+
+#: The manoeuvres that a frame compares with the chosen one, in this order. Not as many as slots
+#: can be (a power of two, or 20): :func:`glasshelm.pilots.decide.explain` tells axes by length.
+ALTERNATIVES = ("keep", "to the waypoint", "best to starboard", "best to port", "without ships")
+
+
+class ManoeuvreExplanation(eqx.Module):
+    """The chosen manoeuvre, what else there was, and for which ships it is.
+
+    Courses are relative to own heading, starboard positive [rad].
+
+    Attributes:
+        course_rad: The course that the chosen manoeuvre begins with.
+        duration_s: How long it is held; 0: on to the waypoint at once.
+        then_course_rad: The second course.
+        then_duration_s: How long that is held; 0: there is none.
+        alternative_course_rad: The first courses of :data:`ALTERNATIVES`.
+        alternatives: Their Q; NaN where there is no such manoeuvre.
+        course_shapley: How far each ship moves the course.
+        course_leave_one_out: The course less what it would be without each ship alone.
+        needed: A smallest set of ships without which another course would be steered; none where
+            the course is that of an empty sea.
+        last_safe_s: How long course and speed can still be kept before the last manoeuvre that
+            brings no ship into the domain; NaN if there is none even now.
+    """
+
+    course_rad: Float[Array, ""]
+    duration_s: Float[Array, ""]
+    then_course_rad: Float[Array, ""]
+    then_duration_s: Float[Array, ""]
+    alternative_course_rad: Float[Array, " a"]
+    alternatives: QValues
+    course_shapley: ShapleyValues
+    course_leave_one_out: Float[Array, " n"]
+    needed: Bool[Array, " n"]
+    last_safe_s: Float[Array, ""]
 
 
 class Explanation(eqx.Module):
@@ -31,8 +49,10 @@ class Explanation(eqx.Module):
 
     Attributes:
         present: Which slots hold a ship.
-        value: Q of the decided rudder (Eq. 19); None without a critic.
-        priority: Its gain over rudder 0 (Eq. 22); None without a critic.
+        value: Q of the decision (Eq. 19): of the rudder, or of the manoeuvre; None without a
+            critic.
+        priority: Its gain over rudder 0, or over keeping course and speed (Eq. 22); None without
+            a critic.
         far: The critic's zero of danger: Q_ca of a ship far off; None without a critic.
         sweep: Q over the rudder range; None without a critic.
         attention: α of every slot (Eq. 23); None without an attention actor.
@@ -41,6 +61,7 @@ class Explanation(eqx.Module):
         leave_one_out: What each ship alone changes by not being there (the same unit).
         value_shapley: What each ship contributes to Q of the decision, NaN for more than
             :data:`~glasshelm.explanation.shapley.MAX_PADDED_EXACT` ships; None without a critic.
+        manoeuvre: Of pilots that choose manoeuvres; None of others.
     """
 
     present: Bool[Array, " n"]
@@ -53,39 +74,4 @@ class Explanation(eqx.Module):
     rudder_shapley: ShapleyValues
     leave_one_out: Float[Array, " n"]
     value_shapley: ShapleyValues | None
-
-
-def explain(
-    actor: Actor, critic: SubTaskCritic | None, observation: Observation, action: Float[Array, ""]
-) -> Explanation:
-    """Why ``action`` (a fraction of the rudder limit) in this observation.
-
-    Pure and traceable, for one observation. The decided rudder, rudder 0 and
-    the rudders of the sweep go through the critic as one batch.
-    """
-    present = observation.present
-    attention = attention_of(actor, observation)
-    rudder = value_function("rudder", actor, critic, observation, 1.0)
-    moved_by = shapley_padded(rudder, present, MAX_EXACT, sampled=True)
-    alone = leave_one_out(rudder, present.shape[-1])
-    if critic is None:
-        absent = (None, None, None, None, attention, None)
-        return Explanation(present, *absent, moved_by, alone, None)
-    sweep = rudder_range()
-    both = jnp.stack([action, jnp.zeros_like(action)])
-    values = values_at(critic, observation, jnp.concatenate([both, sweep]))
-    decided, amidships = (QValues(values.waypoint[i], values.by_ship[i]) for i in (0, 1))
-    priority = priorities(decided, amidships)
-    worth = value_function("decision", actor, critic, observation, 1.0)
-    return Explanation(
-        present,
-        decided,
-        priority,
-        far_value(critic, action),
-        Sweep(sweep, QValues(values.waypoint[2:], values.by_ship[2:])),
-        attention,
-        None if attention is None else intentions(decided, priority, attention),
-        moved_by,
-        alone,
-        shapley_padded(worth, present, MAX_PADDED_EXACT, sampled=False),
-    )
+    manoeuvre: ManoeuvreExplanation | None = None

@@ -9,8 +9,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
+from glasshelm.explanation.actor_explanation import explain
 from glasshelm.explanation.shapley import exact_shapley, value_function
-from glasshelm.explanation.step_explanation import Explanation, explain
+from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.networks.actors import Actor, AttentionActor
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M

@@ -2,7 +2,7 @@
 
 Columns are the frame's fields with dots as underscores (``own_east_m``,
 ``value_total``), the target's under ``target_``; lists (Q over the rudder
-range) are list columns. What is absent is null; a frame without targets is one
+range, alternatives) are list columns. What is absent is null; a frame without targets is one
 row whose target columns are null. What belongs to a frame is repeated in each
 of its rows, and the compression takes care of that.
 """
@@ -37,9 +37,7 @@ def to_parquet(frames: Iterable[Frame], path: str | Path) -> int:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    kinds: dict[Any, Any] = {float: pa.float64(), str: pa.string(), bool: pa.bool_()}
-    kinds |= {list[kind]: pa.list_(kinds[kind]) for kind in (float, str)}
-    schema = pa.schema([(name, kinds[kind]) for name, kind in columns().items()])
+    schema = pa.schema([(name, _arrow_type(kind)) for name, kind in columns().items()])
     total = 0
     with (
         atomic_write(path) as partial,
@@ -73,8 +71,29 @@ def _flat(part: msgspec.Struct, prefix: str) -> dict[str, Any]:
         if isinstance(value, msgspec.Struct):
             values |= _flat(value, f"{prefix}{field}_")
         elif value is not None and field != "targets":
-            values[prefix + field] = value
+            values[prefix + field] = _arrow_value(value)
     return values
+
+
+def _arrow_type(kind: Any) -> Any:
+    import pyarrow as pa
+
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        hints = typing.get_type_hints(kind)
+        return pa.struct([(name, _arrow_type(_plain(hint))) for name, hint in hints.items()])
+    if typing.get_origin(kind) is list:
+        return pa.list_(_arrow_type(typing.get_args(kind)[0]))
+    if typing.get_origin(kind) is dict:
+        return pa.map_(*map(_arrow_type, typing.get_args(kind)))
+    return {float: pa.float64(), str: pa.string(), bool: pa.bool_()}[kind]
+
+
+def _arrow_value(value: Any) -> Any:
+    if isinstance(value, msgspec.Struct):
+        return {field: _arrow_value(getattr(value, field)) for field in value.__struct_fields__}
+    if isinstance(value, list):
+        return [_arrow_value(item) for item in value]
+    return list(value.items()) if isinstance(value, dict) else value
 
 
 def _flat_types(struct: type[msgspec.Struct], prefix: str) -> dict[str, Any]:

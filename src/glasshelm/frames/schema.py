@@ -90,11 +90,40 @@ class Guard(_Part, frozen=True):
 
 
 class BySubTask(_Part, frozen=True):
-    """One number a sub-task (Eq. 16-19, 22)."""
+    """One number a sub-task (Eq. 16-19, 22). ``helm``: what a manoeuvre itself costs."""
 
     waypoint: float
     collision: float
     total: float | None = None
+    helm: float | None = None
+
+
+class Manoeuvre(_Part, frozen=True):
+    """The manoeuvre that the pilot chose: true courses, each held for a time.
+
+    After the last of them own ship steers for the waypoint; ``duration_s`` 0: at once.
+    """
+
+    course_rad: float
+    duration_s: float
+    then_course_rad: float | None = None
+    then_duration_s: float | None = None
+
+
+class Alternative(_Part, frozen=True):
+    """A manoeuvre that was compared with the chosen one, and what it is worth.
+
+    ``course_rad`` is the true course that it begins with; ``by_target`` is Q_ca of each target,
+    by its id: they add up to ``value.collision``.
+    """
+
+    name: str
+    course_rad: float
+    value: BySubTask
+    by_target: dict[str, float]
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "name")
 
 
 class Sweep(_Part, frozen=True):
@@ -135,7 +164,9 @@ class Target(_Part, frozen=True):
     ``shapley_error_rad`` its standard error, if it was sampled. ``leave_one_out_rad`` is the rudder
     less what it would be without this ship, ``shapley_value`` its share of Q.
     ``shapley_pairs_rad`` is how far it moves the rudder together with each target of the frame,
-    beyond each alone (absent where none matters). ``selected`` is false for a target seen but
+    beyond each alone (absent where none matters). ``course_shapley_rad`` and
+    ``course_leave_one_out_rad`` are the same of the course that a manoeuvre begins with.
+    ``selected`` is false for a target seen but
     not shown to the pilot. ``age_s`` is the time since it was last heard;
     ``lost`` says that this is too long ago: its position is the last dead-reckoned one.
     """
@@ -163,6 +194,8 @@ class Target(_Part, frozen=True):
     leave_one_out_rad: float | None = None
     shapley_value: float | None = None
     shapley_pairs_rad: list[float] | None = None
+    course_shapley_rad: float | None = None
+    course_leave_one_out_rad: float | None = None
     length_m: float | None = None
     selected: bool = True
     lost: bool = False
@@ -180,9 +213,13 @@ class Frame(_Part, frozen=True):
 
     ``reward`` is of the step that led here (absent in the first frame);
     ``value`` is Q of the decided rudder; ``priority`` Q of it minus Q of
-    rudder 0 (Eq. 22). ``outside_training`` names what lies outside the training
-    distribution, in words. ``band`` is there where it was asked for, ``guard`` with
-    a guarded pilot.
+    rudder 0 (Eq. 22). Of a pilot that chooses a ``manoeuvre`` they are of that, against keeping
+    course and speed, and ``alternatives`` are what it was compared with. ``needed`` holds the ids
+    of a smallest set of targets without which another course would be steered. ``last_safe_s`` is
+    how long course and speed can still be kept before the last manoeuvre that brings no target
+    into the domain; it is absent if there is none even now. ``outside_training`` names what lies
+    outside the training distribution, in words. ``band`` is there where it was asked for, ``guard``
+    with a guarded pilot.
     """
 
     time_s: float
@@ -202,6 +239,10 @@ class Frame(_Part, frozen=True):
     outside_training: list[str] | None = None
     band: Band | None = None
     guard: Guard | None = None
+    manoeuvre: Manoeuvre | None = None
+    alternatives: list[Alternative] | None = None
+    needed: list[str] | None = None
+    last_safe_s: float | None = None
 
     def __post_init__(self) -> None:
         self._clean(printable, "pilot", "source", "weights_sha256", "time_utc")

@@ -23,10 +23,14 @@ class CriticSizes:
 
 
 class QValues(eqx.Module):
-    """Q split by sub-task: ``waypoint`` [*b] and ``by_ship`` [*b, n] (0 in empty slots)."""
+    """Q split by sub-task: ``waypoint`` [*b] and ``by_ship`` [*b, n] (0 in empty slots).
+
+    ``helm`` is what the manoeuvre itself costs, where the actions are manoeuvres.
+    """
 
     waypoint: Float[Array, "*b"]
     by_ship: Float[Array, "*b n"]
+    helm: Float[Array, "*b"] | None = None
 
     @property
     def collision(self) -> Float[Array, "*b"]:
@@ -40,7 +44,8 @@ class QValues(eqx.Module):
     @property
     def total(self) -> Float[Array, "*b"]:
         """Q of Eq. 19: always the sum of its parts."""
-        return self.waypoint + self.collision
+        total = self.waypoint + self.collision
+        return total if self.helm is None else total + self.helm
 
 
 class SubTaskCritic(eqx.Module):

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Int
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.batched import in_step
 from glasshelm.pilots.protocols import Decision
-from glasshelm.planning.course_planner import rudder_towards
+from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
 #: From an observation, the course being steered (both courses off the waypoint's bearing, [rad]),

@@ -19,7 +19,7 @@ from glasshelm.colregs.classification import EncounterType, classify_targets, st
 from glasshelm.core.geometry import Cpa
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on
 from glasshelm.ship.nomoto import ShipParams
 

@@ -23,6 +23,11 @@ class Selection(eqx.Module):
     slots: Int[Array, " k"]
 
 
+def select(observation: Observation, loa_m: float | Float[Array, ""]) -> Selection:
+    """The targets that matter most to a ship of that length [m]. Traceable."""
+    return Selection(*select_targets(observation, loa_m=jnp.asarray(loa_m)))
+
+
 def decide_on(
     pilot: Pilot, observation: Observation, memory: Memory, loa_m: float | Float[Array, ""]
 ) -> tuple[Decision, Memory, Selection]:
@@ -34,7 +39,7 @@ def decide_on(
         memory: Of the decision before, or ``pilot.start()``.
         loa_m: Own ship's length [m], which says who is inside its domain.
     """
-    selection = Selection(*select_targets(observation, loa_m=jnp.asarray(loa_m)))
+    selection = select(observation, loa_m)
     decision, memory = pilot.decide(selection.observation, memory)
     return decision, memory, selection
 

@@ -16,7 +16,7 @@ from glasshelm.core.geometry import Cpa
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
 from glasshelm.pilots.cpa_rule import best_alteration
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on
 from glasshelm.ship.nomoto import ShipParams
 

@@ -20,8 +20,9 @@ from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.pilots.batched import in_step
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.protocols import Decision, GuardStatus, Overruled
-from glasshelm.planning.course_planner import CourseSettings, plan_course, rudder_towards
+from glasshelm.planning.course_planner import CourseSettings, plan_course
 from glasshelm.planning.lookahead import Lookahead, look_ahead
+from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
 #: What the name of a guarded pilot ends in.

@@ -7,7 +7,8 @@ from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
-from glasshelm.explanation.step_explanation import Explanation, explain
+from glasshelm.explanation.actor_explanation import explain
+from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.checkpoint import file_sha256
 from glasshelm.networks.critics import SubTaskCritic

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from glasshelm.core.geometry import Vector, direction, norm, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.ship.nomoto import ShipParams
 
 

@@ -127,7 +127,7 @@ def override(
     """The decision with another rudder in its place while ``active``, and explained as such."""
     own = decision.overruled or Overruled(jnp.zeros_like(active), decision.rudder)
     steered = jnp.where(active, rudder, decision.rudder)
-    guard, explanation = decision.guard, None
+    guard, explanation = decision.guard, decision.explanation
     if isinstance(pilot, TrainedPilot):
         explanation = pilot.explain(observation, steered)
     if guard is not None:

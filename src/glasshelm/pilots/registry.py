@@ -7,6 +7,7 @@ from glasshelm.pilots.course_pilot import CourseMethod, CoursePilot
 from glasshelm.pilots.cpa_rule import CPA
 from glasshelm.pilots.function_pilot import function_pilot
 from glasshelm.pilots.fuzzy_risk import FUZZY
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.guarded import GUARDED, GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot, read_pilot
 from glasshelm.pilots.planner import PLANNER
@@ -38,6 +39,10 @@ WITHOUT_WEIGHTS: dict[str, Pilot] = {
         name: CoursePilot(SHIPS[ship], name, method)
         for kind, method in METHODS.items()
         for ship, name in ((ship, f"{ship.replace('_', '-')}-{kind}") for ship in SHIPS)
+    },
+    **{
+        name: GlassboxPilot(SHIPS[ship], name)
+        for ship, name in ((ship, f"{ship.replace('_', '-')}-glassbox") for ship in SHIPS)
     },
 }
 

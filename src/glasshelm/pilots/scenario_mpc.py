@@ -22,7 +22,8 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.core.geometry import Vector, direction, norm, velocity, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
-from glasshelm.planning.course_planner import PredictedOwn, Situation, sail_ahead, situation_of
+from glasshelm.planning.manoeuvres import PredictedOwn, sail_ahead
+from glasshelm.planning.situation import Situation, situation_of
 from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import ShipParams
 

@@ -16,7 +16,7 @@ from glasshelm.colregs.classification import classify_targets, gives_way
 from glasshelm.core.geometry import Vector, closest_approach, norm, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.planning.trial_manoeuvre import cpa_on, try_courses
 from glasshelm.ship.nomoto import ShipParams
 

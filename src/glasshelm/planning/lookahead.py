@@ -12,7 +12,7 @@ from glasshelm.core.geometry import Vector, direction, norm
 from glasshelm.encounters.types import Encounter, straight_track
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvSettings, EnvState, step
-from glasshelm.planning.course_planner import situation_of
+from glasshelm.planning.situation import situation_of
 from glasshelm.ship.nomoto import ShipParams, ShipState
 
 #: Steps for which a rudder is held in thought (15 s): a third of the decisions.

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from glasshelm.core.geometry import Cpa, Vector, closest_approach, velocity, wrap_angle
-from glasshelm.planning.course_planner import Situation
+from glasshelm.planning.situation import Situation
 from glasshelm.ship.autopilot import MIN_TIME_CONSTANT_S
 from glasshelm.ship.nomoto import ShipParams
 

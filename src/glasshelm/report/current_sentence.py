@@ -29,6 +29,7 @@ from glasshelm.frames.schema import Frame
 from glasshelm.frames.series import Series, to_series
 from glasshelm.report.band_text import certainty_text
 from glasshelm.report.guard_text import override_text
+from glasshelm.report.manoeuvre_text import manoeuvre_reasons, order_text
 from glasshelm.report.rudder_reasons import disagreement_text, reason_text
 
 #: So many frames are looked back upon.
@@ -78,6 +79,9 @@ def _what(voyage: Series, frame: Frame) -> str:
     assert decision is not None
     rudder = decision.rudder_rad
     order = rudder_words(rudder)
+    if frame.manoeuvre is not None:
+        steered = f"Steer {order_text(frame.manoeuvre)}"
+        return f"{steered} ({order})" if decision.applied else f"Advice: {steered.lower()}"
     if not decision.applied:
         # A ship that goes her own way is known by her course over ground.
         return f"Advice: {order}; course {course(frame.own.heading_rad)}"
@@ -95,6 +99,8 @@ def _why(voyage: Series, frame: Frame, kinds: EncounterTypes | None) -> str:
     another = override_text([frame])
     if another:
         return capitalised(another)
+    if frame.manoeuvre is not None:
+        return capitalised(manoeuvre_reasons(frame))
     if abs(rudder) < RELEASE_RAD:
         return _nearest(frame)
     present = Episode(last, last, rudder)

@@ -3,6 +3,7 @@
 from datetime import timedelta
 from typing import Any
 
+import jax
 import numpy as np
 
 from glasshelm.core.errors import InputError
@@ -10,12 +11,18 @@ from glasshelm.encounters.projection import LocalProjection
 from glasshelm.encounters.types import Scenario
 from glasshelm.env.rewards import Reward
 from glasshelm.env.training_envelope import check_observation, outside_training
-from glasshelm.explanation.step_explanation import Explanation
+from glasshelm.explanation.step_explanation import (
+    ALTERNATIVES,
+    Explanation,
+    ManoeuvreExplanation,
+)
 from glasshelm.frames.schema import (
+    Alternative,
     BySubTask,
     Decision,
     Frame,
     Guard,
+    Manoeuvre,
     Own,
     Ship,
     Sweep,
@@ -68,12 +75,13 @@ class FrameBuilder:
             decision=self._decision(moment),
             weights_sha256=getattr(self._pilot, "weights_sha256", None),
             time_utc=self._utc(time_s),
-            reward=_by_task(reward),
-            value=_by_task(why.value) if why else None,
-            priority=_by_task(why.priority) if why else None,
+            reward=None if reward is None else _by_sub_task(reward),
+            value=_by_sub_task(why.value) if why and why.value else None,
+            priority=_by_sub_task(why.priority) if why and why.priority else None,
             sweep=self._sweep(moment),
             outside_training=self._outside(moment),
             guard=self._guard(moment),
+            **self._manoeuvre(moment),
         )
 
     def _check(self, moment: ExplainedStep) -> None:
@@ -131,6 +139,30 @@ class FrameBuilder:
             return Guard(steers)
         who = self._scenario.targets[int(moment.slots[int(ahead.slot)])]
         return Guard(steers, who.id, _plain(ahead.within_s), _plain(ahead.depth))
+
+    def _manoeuvre(self, moment: ExplainedStep) -> dict[str, Any]:
+        """What a pilot that chooses manoeuvres compared, as fields of the frame."""
+        why = moment.decision.explanation
+        if why is None or (m := why.manoeuvre) is None:
+            return {}
+        heading, ids = moment.own.heading_rad, self._ids(moment)
+        alone = float(m.then_duration_s) == 0.0
+        return {
+            "manoeuvre": Manoeuvre(
+                _true_course(m.course_rad, heading),
+                _plain(m.duration_s),
+                None if alone else _true_course(m.then_course_rad, heading),
+                None if alone else _plain(m.then_duration_s),
+            ),
+            "alternatives": _alternatives(m, heading, ids),
+            "needed": [name for name, is_needed in zip(ids, m.needed, strict=True) if is_needed],
+            "last_safe_s": _plain(m.last_safe_s) if np.isfinite(m.last_safe_s) else None,
+        }
+
+    def _ids(self, moment: ExplainedStep) -> list[str]:
+        """The target that each slot of the observation shows; empty where there is none."""
+        shown = zip(moment.slots, moment.observation.present, strict=True)
+        return [self._scenario.targets[i].id if present else "" for i, present in shown]
 
     def _outside(self, moment: ExplainedStep) -> list[str] | None:
         if not isinstance(self._pilot, TrainedPilot):
@@ -212,9 +244,10 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
     if e is None:
         return columns
     given: Columns = {}
-    if e.value and e.priority and e.sweep and e.far is not None:
+    if e.value and e.priority and e.far is not None:
         given["q"], given["priority"] = _plain(e.value.by_ship), _plain(e.priority.by_ship)
         given["q_far"] = [_plain(e.far)] * len(moment.slots)
+    if e.sweep:
         given["q_sweep"] = _plain(e.sweep.value.by_ship.T)
     if e.attention is not None:
         given["attention"] = _plain(e.attention)
@@ -237,6 +270,9 @@ def _of_own_rudder(e: Explanation, places: list[int | None], limit_rad: float) -
         given["shapley_error_rad"] = _plain(e.rudder_shapley.error * limit_rad)
     if e.value_shapley is not None and np.isfinite(e.value_shapley.all):
         given["shapley_value"] = _plain(e.value_shapley.by_ship)
+    if e.manoeuvre is not None:
+        given["course_shapley_rad"] = _plain(e.manoeuvre.course_shapley.by_ship)
+        given["course_leave_one_out_rad"] = _plain(e.manoeuvre.course_leave_one_out)
     together = e.rudder_shapley.pairs * limit_rad
     if np.any(np.abs(together) >= PAIR_RAD):
         # Slot by slot -> target by target of the frame; who was not fed has no part in it.
@@ -246,11 +282,31 @@ def _of_own_rudder(e: Explanation, places: list[int | None], limit_rad: float) -
     return given
 
 
-def _by_task(parts: QValues | Reward | None) -> BySubTask | None:
-    if parts is None:
-        return None
-    waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship))
-    return BySubTask(_plain(waypoint), _plain(collision), _plain(waypoint + collision))
+def _by_sub_task(parts: QValues | Reward) -> BySubTask:
+    helm = getattr(parts, "helm", None)
+    waypoint, collision = float(parts.waypoint), float(np.sum(parts.by_ship, dtype=np.float64))
+    total = waypoint + collision + float(helm or 0.0)
+    return BySubTask(
+        _plain(waypoint), _plain(collision), _plain(total), None if helm is None else _plain(helm)
+    )
+
+
+def _alternatives(m: ManoeuvreExplanation, heading_rad: Any, ids: list[str]) -> list[Alternative]:
+    """What the manoeuvre was compared with: those that there are."""
+    found = []
+    for row, name in enumerate(ALTERNATIVES):
+        value = jax.tree.map(lambda x, row=row: x[row], m.alternatives)
+        if np.isfinite(value.waypoint):
+            course = _true_course(m.alternative_course_rad[row], heading_rad)
+            costs = zip(ids, value.by_ship, strict=True)
+            by_target = {id: _plain(q) for id, q in costs if id}
+            found.append(Alternative(name, course, _by_sub_task(value), by_target))
+    return found
+
+
+def _true_course(relative_rad: Any, heading_rad: Any) -> float:
+    """A course off own heading as a true one in [−π, π)."""
+    return _plain((heading_rad + relative_rad + np.pi) % (2 * np.pi) - np.pi)
 
 
 def _plain(x: Any) -> Any:

@@ -27,12 +27,8 @@ from glasshelm.env.observe import Observation, empty_observation
 from glasshelm.env.step import EnvState
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.ship_batch import Packed
-from glasshelm.planning.course_planner import (
-    CourseSettings,
-    action_gap,
-    plan_course,
-    rudder_towards,
-)
+from glasshelm.planning.course_planner import CourseSettings, action_gap, plan_course
+from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.encounter_mix import EncounterMix
 from glasshelm.training.vector_env import reset_batch, step_batch

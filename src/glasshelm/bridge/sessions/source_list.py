@@ -22,6 +22,7 @@ from glasshelm.encounters.scenario_factory import (
 from glasshelm.encounters.types import Scenario
 from glasshelm.feeds.feed_factory import create_feed
 from glasshelm.pilots.course_pilot import CoursePilot
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.pilot_resolution import ship_of
@@ -177,6 +178,8 @@ def _pilot_entry(name: str, pilot: Pilot) -> PilotEntry:
         title, kind = f"Learned: {name}", "learned"
     elif isinstance(pilot, GuardedPilot):
         title, kind = f"Guarded: {name}", "learned"
+    elif isinstance(pilot, GlassboxPilot):
+        title, kind = f"Glassbox: {name}", "glassbox"
     elif isinstance(pilot, CoursePilot):
         method = next(name for name, method in METHODS.items() if method is pilot.method)
         title = f"{_METHOD_TITLES[method]}: {name}"

@@ -1,0 +1,155 @@
+"""The simulated critic: what every manoeuvre brings, by sub-task and by ship, sailed ahead.
+
+    Q(s, m) = Q_wp(s_wp, m) + Q_helm(m) + Σ_i Q_ca(s_i, m)
+
+Own ship is advanced by Eq. 6-7 under each manoeuvre; every other ship keeps course and speed
+(scenario-based MPC in the manner of Johansen et al. 2016, with costs that no two ships share).
+It needs no training and takes any ship.
+"""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from glasshelm.core.geometry import Vector, wrap_angle
+from glasshelm.env.observe import Observation
+from glasshelm.env.rewards import course_reward
+from glasshelm.env.step import EnvSettings
+from glasshelm.networks.critics import QValues
+from glasshelm.planning.manoeuvres import (
+    Manoeuvres,
+    ManoeuvreTable,
+    PredictedOwn,
+    sail_manoeuvres,
+)
+from glasshelm.planning.situation import Situation, situation_of
+from glasshelm.ship.domain import danger_unclipped
+from glasshelm.ship.nomoto import ShipParams
+
+
+@dataclasses.dataclass(frozen=True)
+class ManoeuvreCosts:
+    """What counts as good, in points of return, and how far ahead. SI units."""
+
+    horizon_s: float = 2400.0
+    step_s: float = 20.0
+    #: Weight of the danger, and how near the domain (in Eq. 13, unclipped) it begins to count.
+    danger_weight: float = 10.0
+    danger_margin: float = 0.25
+    danger_softness: float = 0.08
+    #: Of each ship's worst moment: of Eq. 13 there, and of being nearer than ``near_loa`` lengths
+    #: (all of it in the other's midst). A sum alone would rather go quickly through a ship than
+    #: slowly round it.
+    worst_weight: float = 300.0
+    near_weight: float = 1000.0
+    near_loa: float = 2.0
+    #: Of one radian of altering, over the whole manoeuvre: of two that are nearly as good, the
+    #: one being steered is kept. Without it the ship weaves.
+    alter_cost: float = 5.0
+
+
+class Encountered(eqx.Module):
+    """What has been met of one ship so far on each manoeuvre.
+
+    Attributes:
+        exposure: Σ of the smoothed danger over the steps.
+        margin: The worst Eq. 13, unclipped.
+        range_m2: The least range² [m²].
+    """
+
+    exposure: Float[Array, " c"]
+    margin: Float[Array, " c"]
+    range_m2: Float[Array, " c"]
+
+    @staticmethod
+    def nothing(like: Float[Array, " c"]) -> "Encountered":
+        zero = jnp.zeros_like(like)
+        return Encountered(zero, zero - 1.0, zero + jnp.inf)
+
+    def and_then(self, body: Vector, loa_m: float | Array, costs: ManoeuvreCosts) -> "Encountered":
+        """With one more step, the ship being at a place relative to own ship."""
+        margin, soft = danger_unclipped(body, loa_m), costs.danger_softness
+        depth = jnp.maximum(margin + costs.danger_margin, 0.0)
+        depth = jnp.where(depth < 2 * soft, depth**2 * (1 / (4 * soft)), depth - soft)
+        return Encountered(
+            self.exposure + depth,
+            jnp.maximum(self.margin, margin),
+            jnp.minimum(self.range_m2, body.x**2 + body.y**2),
+        )
+
+    def value(self, loa_m: float | Array, costs: ManoeuvreCosts) -> Float[Array, " c"]:
+        """Q_ca: what all that costs."""
+        near = jnp.maximum(1.0 - jnp.sqrt(self.range_m2) / (costs.near_loa * loa_m), 0.0)
+        cost = costs.step_s / EnvSettings().step_s * costs.danger_weight * self.exposure
+        cost += costs.worst_weight * jnp.maximum(self.margin, 0.0)
+        return -(cost + costs.near_weight * near)
+
+
+class SimulatedCritic(eqx.Module):
+    """Values manoeuvres by sailing them ahead."""
+
+    table: ManoeuvreTable = eqx.field(static=True, default=ManoeuvreTable())
+    costs: ManoeuvreCosts = eqx.field(static=True, default=ManoeuvreCosts())
+
+    def __call__(self, observation: Observation, ship: ShipParams) -> tuple[Manoeuvres, QValues]:
+        """The manoeuvres that there are in one observation, and what each is worth.
+
+        Args:
+            observation: Eq. 10-12; only the newest frame is used, and own ship's rate of turn.
+            ship: Own ship.
+
+        Returns:
+            The manoeuvres [c], and their values [c] by sub-task: Q_wp the reward for the way to
+            the waypoint (Eq. 17) until the horizon, Q_helm what altering course costs, Q_ca what
+            each ship costs, whatever the others do. The last two are never above 0.
+        """
+        manoeuvres = self.table.at(situation_of(observation, ship).bearing_rad)
+        return manoeuvres, self.value(manoeuvres, observation, ship)
+
+    def value(self, manoeuvres: Manoeuvres, observation: Observation, ship: ShipParams) -> QValues:
+        """The same of any manoeuvres, be they in the table or not."""
+        at = situation_of(observation, ship)
+        waypoint, met = sail(manoeuvres, at, ship, self.costs)
+        by_ship = [m.value(ship.loa_m, self.costs) for m in met]
+        values = jnp.stack(by_ship, -1) if by_ship else jnp.zeros((waypoint.size, 0))
+        return QValues(
+            waypoint,
+            jnp.where(observation.present, values, 0.0),
+            -self.costs.alter_cost * manoeuvres.altered_rad(at.bearing_rad),
+        )
+
+
+def sail(
+    manoeuvres: Manoeuvres, at: Situation, ship: ShipParams, costs: ManoeuvreCosts
+) -> tuple[Float[Array, " c"], tuple[Encountered, ...]]:
+    """Sail every manoeuvre ahead: Q_wp (Eq. 17), and what is met of each ship.
+
+    Targets are taken one by one, not as an axis: a step is then one loop over the manoeuvres
+    for the compiler, several times as fast.
+    """
+    tau, zero = costs.step_s, jnp.zeros_like(manoeuvres.offset_rad)
+    ships = range(at.position.x.shape[0])
+
+    def step(carry, time: Float[Array, ""]):
+        ahead, bearing, waypoint, met = carry
+        ahead = sail_manoeuvres(ahead, bearing, manoeuvres, time, at, ship, tau)
+        bearing = ahead.bearing_of(at.waypoint)
+        waypoint = waypoint + course_reward(wrap_angle(bearing - ahead.heading))
+        x, y = (p + v * (time + tau) for p, v in zip(at.position, at.velocity, strict=True))
+        met = tuple(
+            met[i].and_then(ahead.body(Vector(x[i], y[i])), ship.loa_m, costs) for i in ships
+        )
+        return (ahead, bearing, waypoint, met), None
+
+    start = (
+        PredictedOwn.here(at.rate_of_turn_rad_s, zero.size),
+        zero + at.bearing_rad,
+        zero,
+        tuple(Encountered.nothing(zero) for _ in ships),
+    )
+    times = jnp.arange(round(costs.horizon_s / tau), dtype=jnp.float32) * tau
+    (_, _, waypoint, met), _ = jax.lax.scan(step, start, times)
+    return costs.step_s / EnvSettings().step_s * waypoint, met
