@@ -120,3 +120,10 @@ describe("coloured ships", () => {
     }
   });
 });
+
+describe("danger of a pilot that compares manoeuvres", () => {
+  it("is what keeping course and speed would cost", () => {
+    const avoided = target("1", { q: -2, q_far: 0, priority: 300, course_shapley_rad: 0.4 });
+    expect(criticDanger(avoided)).toBe(302);
+  });
+});

@@ -1,12 +1,9 @@
 """Make the screenshots of README and docs.
 
-    python -m tests.bridge.page.pictures [PORT]       # writes docs/images/bridge-*.png
-
-``PORT`` is that of a running `glasshelm bridge random:35`; without it one is started.
+python -m tests.bridge.page.pictures       # writes docs/images/bridge-*.png
 """
 
 import json
-import sys
 import tempfile
 from pathlib import Path
 
@@ -15,16 +12,20 @@ from tests.bridge.page.conftest import FLAGS, PATIENCE_S, Server, find_chromium
 from tests.bridge.process import free_port
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
-SOURCE, PILOT, TIME_S = "random:35", "paper-attention", 255
-PICTURES = {"bridge-day": "day", "bridge-night": "night"}
+SOURCE = "random:35"
+#: By pilot: when, and the picture of each palette.
+PICTURES = {
+    "paper-attention": (255, {"bridge-day": "day", "bridge-night": "night"}),
+    "paper-glassbox": (60, {"bridge-glassbox": "day"}),
+}
 
 
-def take_screenshots(server: Server) -> None:
+def take_screenshots(server: Server, time_s: float, pictures: dict[str, str]) -> None:
     """Write the screenshots of what the server shows."""
-    server.ask({"type": "pause"}, {"type": "seek", "time_s": TIME_S})
+    server.ask({"type": "pause"}, {"type": "seek", "time_s": time_s})
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=FLAGS)
-        for name, palette in PICTURES.items():
+        for name, palette in pictures.items():
             page = browser.new_page(
                 viewport={"width": 1280, "height": 800}, reduced_motion="reduce", bypass_csp=True
             )
@@ -40,15 +41,14 @@ def take_screenshots(server: Server) -> None:
 
 
 def main() -> None:
-    with tempfile.TemporaryDirectory() as logs:
-        port = int(sys.argv[1]) if sys.argv[1:] else free_port()
-        server = Server(SOURCE, port, Path(logs), ("--pilot", PILOT))
-        try:
-            if not sys.argv[1:]:
+    for pilot, (time_s, pictures) in PICTURES.items():
+        with tempfile.TemporaryDirectory() as logs:
+            server = Server(SOURCE, free_port(), Path(logs), ("--pilot", pilot))
+            try:
                 server.start()
-            take_screenshots(server)
-        finally:
-            server.kill()
+                take_screenshots(server, time_s, pictures)
+            finally:
+                server.kill()
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import { planColours, type PlanColours } from "../plan/plan-colours";
 import type { Frame, Target } from "../protocol.gen";
 import { store } from "../store";
 import { shared } from "../style/shared";
+import "./alternatives";
 import "./line-plot";
 import type { PlotLine, PlotSpec } from "./line-plot";
 import { shipBadge } from "./ship-badge";
@@ -63,6 +64,9 @@ export class ExplanationPanel extends StoreElement {
         background: var(--gh-panel);
         padding: 7px 4px 2px 8px;
         min-width: 0;
+      }
+      article.table {
+        grid-template-rows: auto 1fr;
       }
       header {
         padding: 0 4px;
@@ -146,13 +150,21 @@ export class ExplanationPanel extends StoreElement {
         this.priorities(frame, colours),
       );
     const shown = cards.filter((card) => card !== null);
-    if (!shown.length)
+    const compares = !!frame.alternatives;
+    if (!shown.length && !compares)
       return html`<p class="none muted">
         This pilot has no critic, so there are no values to show.
       </p>`;
-    return html`<div class="cards ${shown.length > 2 ? "many" : ""}">
-      ${shown.map((card) => this.card(card, colours))}
+    return html`<div class="cards ${shown.length + Number(compares) > 2 ? "many" : ""}">
+      ${compares ? this.alternatives() : nothing} ${shown.map((card) => this.card(card, colours))}
     </div>`;
+  }
+
+  private alternatives() {
+    return html`<article class="table">
+      <header><h2>Why not another course?</h2></header>
+      <gh-alternatives></gh-alternatives>
+    </article>`;
   }
 
   private card(card: PlotCard, colours: PlanColours) {

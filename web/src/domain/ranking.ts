@@ -3,9 +3,13 @@
 import type { Alarm, Frame, Target } from "../protocol.gen";
 import { NAUTICAL_MILE_M } from "./units";
 
-/** How much lower the critic values a ship than a distant, opening one; `null` without a critic. */
+/**
+ * How much lower the critic values a ship than a distant, opening one; `null` without a critic.
+ * Of a pilot that compares manoeuvres: if course and speed were kept, for the chosen one avoids it.
+ */
 export function criticDanger(target: Target): number | null {
-  const { q, q_far } = target;
+  const { q, q_far, priority, course_shapley_rad } = target;
+  if (q != null && priority != null && course_shapley_rad != null) return priority - q;
   return q == null || q_far == null ? null : q_far - q;
 }
 
