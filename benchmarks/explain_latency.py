@@ -2,9 +2,9 @@
 
     python benchmarks/explain_latency.py [--pilot NAME] [--calls 1000]
 
-Times ``glasshelm.explain(pilot, observation)`` as a user calls it: checks, padding, actor,
-values, priorities, attention, intention, sweep over 21 rudders, Shapley values, result
-ready. Then the Shapley values alone, with all pairs' interactions (``shapley_by_ship``).
+Times ``glasshelm.explain(pilot, observation)`` as a user calls it: checks, padding, decision,
+everything that a frame says of it, result ready. Of a learned pilot then the Shapley values
+alone, with all pairs' interactions (``shapley_by_ship``).
 Without a pilot the networks have the paper's sizes (Tables A.1-A.5, attention
 actor) and random weights, which cost the same. Prints rows of a Markdown table.
 """
@@ -31,7 +31,9 @@ from glasshelm.explanation.shapley import Game, shapley_by_ship
 from glasshelm.networks.actors import ActorSizes, AttentionActor
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.registry import load
+from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.registry import pilot_named
+from glasshelm.ship.nomoto import SHIPS, ShipParams
 
 HEAD = (
     "| pilot | what | ships | p50 [ms] | p95 [ms] | p99 [ms] | calls |\n"
@@ -52,22 +54,23 @@ def paper_sized() -> LearnedPilot:
     )
 
 
-def observation(pilot: LearnedPilot, ships: int) -> Observation:
+def observation(ship: ShipParams, ships: int) -> Observation:
     """A random encounter of so many ships at its start, held by the host as a feed would."""
-    ship, settings = pilot.trained.ship, RandomEncounters(targets=(ships, ships))
+    settings = RandomEncounters(targets=(ships, ships))
     state = reset(random_encounter(jax.random.key(1), ship, settings), ship)
     return jax.device_get(state.observation)
 
 
-def measure(what: str, pilot: LearnedPilot, ships: int, calls: int) -> str:
+def measure(what: str, pilot: Pilot, ships: int, calls: int) -> str:
     """One row of the table: ``what`` is ``decision``, or a game of Shapley values."""
-    seen, limit = observation(pilot, ships), pilot.trained.ship.rudder_limit_rad
+    ship: ShipParams = getattr(pilot, "ship", SHIPS["paper"])
+    seen, limit = observation(ship, ships), ship.rudder_limit_rad
 
     def once() -> None:
-        if what == "decision":
-            found = glasshelm.explain(pilot, seen)
-        else:
+        if isinstance(pilot, LearnedPilot) and what in GAMES:
             found = shapley_by_ship(GAMES[what], pilot.actor, pilot.critic, seen, limit)
+        else:
+            found = glasshelm.explain(pilot, seen)
         jax.block_until_ready(found)
 
     for _ in range(20):
@@ -93,13 +96,13 @@ def machine() -> str:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pilot", help="a bundled pilot or a .safetensors file")
+    parser.add_argument("--pilot", help="any pilot")
     parser.add_argument("--calls", type=int, default=1000)
     args = parser.parse_args()
-    steersman = load(args.pilot) if args.pilot else paper_sized()
+    chosen = pilot_named(args.pilot) if args.pilot else paper_sized()
     print(f"{machine()}, one core\n\n{HEAD}")
     for count in (6, 20):
-        print(measure("decision", steersman, count, args.calls))
-    for game in GAMES:
+        print(measure("decision", chosen, count, args.calls))
+    for game in GAMES if isinstance(chosen, LearnedPilot) else ():
         for count in (6, 10):
-            print(measure(game, steersman, count, args.calls))
+            print(measure(game, chosen, count, args.calls))
