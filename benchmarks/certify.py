@@ -88,7 +88,7 @@ def push_plots(
     present: Bool[Array, " n"],
     first: Bool[Array, ""] | bool,
 ) -> RawPlots:
-    """The history with a new frame in front: :func:`glasshelm.env.observe.remember` of plots."""
+    """The history with a new frame in front: :func:`glasshelm.env.observe.push_frame` of plots."""
     ahead, targets = plots_of(own, waypoint, motion)
     new = jnp.logical_not(history.present) | first
     return RawPlots(

@@ -116,8 +116,8 @@ READ = [
     ("whatif FILE --at 0", ".jsonl"),
     ("bridge FILE --no-open --port 0", ".json"),
     ("bridge --no-open --port 0 --replay FILE", ".jsonl"),
-    ("evaluate --pilots straight --ships paper --suite situations:FILE", ".json"),
-    ("evaluate --pilots straight --ships paper --suite recorded:FILE", ".csv"),
+    ("evaluate --pilots straight --ships paper --suites situations:FILE", ".json"),
+    ("evaluate --pilots straight --ships paper --suites recorded:FILE", ".csv"),
 ]
 #: Commands that take weights, as FILE.
 SAIL = [
@@ -128,7 +128,7 @@ SAIL = [
     "bridge imazu:1 --no-open --port 0 --pilot FILE",
     "evaluate --pilots FILE",
     "evaluate --pilots mine=FILE,FILE",
-    "exam --pilots FILE",
+    "faithfulness --pilots FILE",
     "train --preset tiny --set start=FILE",
 ]
 #: Commands that write into a place, as FILE.
@@ -139,8 +139,8 @@ WRITE = [
     "explain imazu:1 --pilot straight --steps 0 --out FILE",
     "whatif log.jsonl --at 0 --pilot straight --minutes 0.1 --out FILE",
     "bridge imazu:1 --no-open --port 0 --log-dir FILE",
-    "evaluate --pilots straight --ships paper --suite imazu --out FILE",
-    "exam --pilots paper-sum --out FILE",
+    "evaluate --pilots straight --ships paper --suites imazu --out FILE",
+    "faithfulness --pilots paper-sum --out FILE",
     "train --preset tiny --out FILE",
     "train --resume --out FILE",
 ]

@@ -1,5 +1,6 @@
 """What the documentation cites exists, and the check of its style can fail."""
 
+import ast
 import importlib.util
 import json
 import re
@@ -217,3 +218,21 @@ def _resolves(file: Path, name: str) -> bool:
         return _is_name(name) if name.startswith("glasshelm") else True
     defined = rf"(def |class |^\s*|import \(?|, ){re.escape(name.split('.')[-1])}\b"
     return re.search(defined, _text(file), re.MULTILINE) is not None
+
+
+#: Values, not names: words that a class's docstring puts in double backticks.
+_VALUES = {"_long", "inf", "none", "starboard", "port", "ship"}
+
+
+def test_fields_that_docstrings_of_classes_name_exist():
+    """A renamed field leaves no old name behind: each is an identifier of its file."""
+    unknown = []
+    for file in sorted(PACKAGE.rglob("*.py")):
+        tree = ast.parse(_text(file))
+        classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+        code = re.sub(r'"""[^"]*"""', "", _text(file))
+        known = set(re.findall(r"\w+", code)) | _VALUES
+        for node in classes:
+            named = re.findall(r"``([a-z_][a-z0-9_]*)``", ast.get_docstring(node) or "")
+            unknown += [(file.name, node.name, name) for name in named if name not in known]
+    assert unknown == []

@@ -43,7 +43,7 @@ sorted(file.name for file in run.glob("[!.]*"))
 # All pilots sail the same 50 random encounters.
 
 # %%
-# !glasshelm evaluate --pilots straight tiny={run}/best.safetensors paper-attention --suite random --encounters 50 --ships paper --out {evaluation} 2>&1 | tail -n 1
+# !glasshelm evaluate --pilots straight tiny={run}/best.safetensors paper-attention --suites random --encounters 50 --ships paper --out {evaluation} 2>&1 | tail -n 1
 
 # %% [markdown]
 # `report.md` has every table with intervals. The rows behind it are in Parquet, one per encounter and pilot:
@@ -94,8 +94,8 @@ print("paper-attention", same_first_ship(good))
 # ## Train a useful pilot
 #
 #     glasshelm train --preset fast --actor attention --ship paper --out runs/mine
-#     glasshelm evaluate --pilots straight mine=runs/mine/best.safetensors paper-attention --suite random --out evaluation
-#     glasshelm faithfulness --pilots mine=runs/mine/best.safetensors --out exam
+#     glasshelm evaluate --pilots straight mine=runs/mine/best.safetensors paper-attention --suites random --out evaluation
+#     glasshelm faithfulness --pilots mine=runs/mine/best.safetensors --out faithfulness
 #
-# Half an hour on one core gives a pilot that intrudes in about 2 % of the encounters. `--resume` continues an interrupted training, and
+# Three quarters of an hour on one core give a pilot that intrudes in about 2 % of the encounters. `--resume` continues an interrupted training, and
 # `--set dagger.iterations=200` gives a better pilot. [Training choices](../results/training-choices.md) says what else was tried.

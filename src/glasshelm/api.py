@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
 from glasshelm.encounters.types import Scenario
 from glasshelm.pilots.learned import LearnedPilot
@@ -47,7 +48,7 @@ def scenario(
     """The scenario that one string names.
 
     Args:
-        source: ``imazu:5``, ``random:7``, ``random:7:3`` (three ships), ``wide:7``,
+        source: ``imazu:5``, ``random:35``, ``random:7:3`` (three ships), ``wide:7``,
             ``converging:7``, a bundled recording (``gulf-of-finland``, ``new-york``), or a file:
             a DNV traffic situation (json), a table of AIS (csv, parquet), sentences (nmea).
         ship: Own ship: a preset's name or its parameters.
@@ -88,11 +89,15 @@ def evaluate(
         :func:`glasshelm.evaluation.result_report.markdown_report` makes tables.
 
     Raises:
-        InputError: An unknown pilot or suite, or a pilot that gives no number.
+        InputError: No pilot, an unknown pilot or suite, a pilot named twice, or one that gives no
+            number.
     """
+    from glasshelm.evaluation.contenders import check_contenders
     from glasshelm.evaluation.evaluation_run import evaluate as evaluate_contenders
 
-    contenders = [_contender(given, ship) for given in pilots]
+    if isinstance(pilots, str) or isinstance(suites, str):
+        raise InputError("pilots and suites are lists: write ['straight'], not 'straight'")
+    contenders = check_contenders([_contender(given, ship) for given in pilots])
     with tempfile.TemporaryDirectory() as folder:
         kept = Path(folder if out is None else out)
         return evaluate_contenders(contenders, suites, kept, "glasshelm.evaluate", encounters)

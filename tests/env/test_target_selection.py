@@ -36,7 +36,7 @@ def look(east, north, course, speed, present) -> Observation:
     return push_frame(empty_observation(east.shape[0]), sight, True)
 
 
-fed_of = jax.jit(select_targets, static_argnums=(1, 2))
+select = jax.jit(select_targets, static_argnums=(1, 2))
 
 
 def permuted(observation: Observation, order: np.ndarray) -> Observation:
@@ -44,8 +44,8 @@ def permuted(observation: Observation, order: np.ndarray) -> Observation:
 
 
 def chosen(observation: Observation, capacity: int) -> set[int]:
-    fed, indices = fed_of(observation, capacity, LOA_M)
-    return set(np.asarray(indices)[np.asarray(fed.present)].tolist())
+    selected, indices = select(observation, capacity, LOA_M)
+    return set(np.asarray(indices)[np.asarray(selected.present)].tolist())
 
 
 def range_m(observation: Observation) -> np.ndarray:
@@ -54,15 +54,15 @@ def range_m(observation: Observation) -> np.ndarray:
 
 def test_few_slots_pass_unchanged():
     observation = traffic(np.random.default_rng(0), 6)
-    fed, indices = select_targets(observation, 6)
-    assert fed is observation
+    selected, indices = select_targets(observation, 6)
+    assert selected is observation
     np.testing.assert_array_equal(indices, np.arange(6))
 
 
 @pytest.mark.parametrize("slots", [0, 1])
 def test_nobody_and_one(slots):
-    fed, indices = select_targets(empty_observation(slots), 20)
-    assert fed.present.shape == indices.shape == (slots,)
+    selected, indices = select_targets(empty_observation(slots), 20)
+    assert selected.present.shape == indices.shape == (slots,)
 
 
 @given(st.integers(0, 10_000))
@@ -75,7 +75,7 @@ def test_chosen_ships_do_not_depend_on_the_order_of_slots(seed):
 
 
 @given(st.integers(0, 10_000))
-def test_a_ship_in_the_domain_is_always_fed(seed):
+def test_a_ship_in_the_domain_is_always_selected(seed):
     rng = np.random.default_rng(seed)
     observation = traffic(rng, 40, spread_m=5_000.0)
     x, y = np.asarray(observation.targets[:, 0, :2]).T * 20_000
@@ -99,10 +99,10 @@ def test_fed_rows_are_those_of_their_slots_and_the_rest_is_zero():
     observation = traffic(np.random.default_rng(3), 40)
     present = observation.present.at[5:].set(False)
     observation = Observation(observation.waypoint, observation.targets, present)
-    fed, indices = fed_of(observation, 8, LOA_M)
+    selected, indices = select(observation, 8, LOA_M)
     for slot in range(8):
-        expected = observation.targets[indices[slot]] if fed.present[slot] else 0.0
-        np.testing.assert_array_equal(fed.targets[slot], jnp.broadcast_to(expected, (5, 10)))
+        expected = observation.targets[indices[slot]] if selected.present[slot] else 0.0
+        np.testing.assert_array_equal(selected.targets[slot], jnp.broadcast_to(expected, (5, 10)))
     assert bool(jnp.all(indices[1:] > indices[:-1]))
 
 
@@ -147,8 +147,8 @@ def test_smallest_distance_against_small_steps(seed):
 def test_jit_and_vmap_agree_with_eager():
     pair = [traffic(np.random.default_rng(i), 30) for i in range(2)]
     stacked = jax.tree.map(lambda *x: jnp.stack(x), *pair)
-    fed, indices = jax.jit(jax.vmap(lambda s: select_targets(s, 8, LOA_M)))(stacked)
+    selected, indices = jax.jit(jax.vmap(lambda s: select_targets(s, 8, LOA_M)))(stacked)
     for i, observation in enumerate(pair):
         one, places = select_targets(observation, 8, LOA_M)
         np.testing.assert_array_equal(indices[i], places)
-        np.testing.assert_array_equal(fed.targets[i], one.targets)
+        np.testing.assert_array_equal(selected.targets[i], one.targets)

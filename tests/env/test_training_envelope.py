@@ -90,17 +90,17 @@ def test_own_speed_and_waypoint_are_named():
     ]
 
 
-def test_targets_are_counted_and_only_those_fed():
+def test_targets_are_counted_and_only_those_selected():
     many = ships(*[(3000, 5000 + 100 * i, 5) for i in range(9)], (60_000, 0, 0), (0, 5000, 12))
     said = outside_training(OWN, SHIP, FAR, many, None, SEEN)
     assert said == [
-        "11 ships fed (trained: at most 6)",
+        "11 ships selected (trained: at most 6)",
         "1 of 11 ships slower than 4.9 kn",
         "1 of 11 ships faster than 14.6 kn",
         "1 of 11 ships farther than 14.4 NM",
     ]
-    fed = np.arange(11) < 6
-    assert outside_training(OWN, SHIP, FAR, many, fed, SEEN) == []
+    selected = np.arange(11) < 6
+    assert outside_training(OWN, SHIP, FAR, many, selected, SEEN) == []
 
 
 def test_nan_is_named_and_refused():

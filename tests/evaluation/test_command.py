@@ -1,4 +1,4 @@
-"""The examination from the command line, end to end."""
+"""Evaluation from the command line, end to end."""
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -23,7 +23,7 @@ def arguments(tmp_path, monkeypatch):
     (tmp_path / "somebody.py").write_text(PILOT)
     monkeypatch.chdir(tmp_path)
     return [
-        "evaluate", "--pilots", "straight", "somebody:starboard", "--suite", "random",
+        "evaluate", "--pilots", "straight", "somebody:starboard", "--suites", "random",
         "--encounters", "6", "--ships", "paper", "--out", str(tmp_path / "out"), "--no-figures",
     ]  # fmt: skip
 
@@ -58,7 +58,7 @@ def test_report_and_tables_and_nothing_sailed_twice(arguments, tmp_path, capsys,
     ],
 )
 def test_bad_input_is_one_line(pilot, suite, says, tmp_path, capsys):
-    given = ["evaluate", "--pilots", pilot, "--suite", suite, "--out", str(tmp_path)]
+    given = ["evaluate", "--pilots", pilot, "--suites", suite, "--out", str(tmp_path)]
     assert main(given) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1

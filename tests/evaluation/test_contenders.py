@@ -1,4 +1,4 @@
-"""Who is examined is told by short strings."""
+"""Contenders are named by short strings."""
 
 import pytest
 from tests.untrained import untrained, write_weights

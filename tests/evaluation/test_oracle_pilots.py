@@ -1,4 +1,4 @@
-"""A seer is told all of each case, and is examined as any pilot is."""
+"""An oracle knows all of each case, and is evaluated as any pilot is."""
 
 import dataclasses
 

@@ -1,13 +1,13 @@
-"""``glasshelm exam`` from the command line: what is refused first, written when, kept."""
+"""``glasshelm faithfulness`` from the command line: what is refused first, written when, kept."""
 
 import numpy as np
 import pytest
 from tests.untrained import write_weights
 
 from glasshelm.cli import main
-from glasshelm.faithfulness import exam_session
-from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
+from glasshelm.faithfulness import scoring_session
 from glasshelm.faithfulness.explainers import explainers_for
+from glasshelm.faithfulness.faithfulness_scores import MEASURES, ExplanationScores, randomised_top
 
 
 def made_up(pilot, *_):
@@ -16,21 +16,21 @@ def made_up(pilot, *_):
     explainers = explainers_for(pilot.actor, pilot.critic)
     measures = [*MEASURES, *(randomised_top(top) for top in range(1, 7))]
     scores = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
-    return ExamResult(
+    return ExplanationScores(
         pilot, explainers, scores, np.arange(40), np.full(40, 3), rng.uniform(size=40)
     )
 
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The names of the pilots that were examined; the examination itself is made up."""
+    """The names of the pilots that were scored; the scores are made up."""
     names = []
 
-    def examine(pilot, *what):
+    def score(pilot, *what):
         names.append(pilot.name)
         return made_up(pilot)
 
-    monkeypatch.setattr(exam_session, "run_exam", examine)
+    monkeypatch.setattr(scoring_session, "score_explanations", score)
     return names
 
 
@@ -46,7 +46,7 @@ def weights(tmp_path):
     return write
 
 
-def exam(out, *pilots):
+def faithfulness(out, *pilots):
     return main(["faithfulness", "--pilots", *pilots, "--ships", "3", "--out", str(out)])
 
 
@@ -62,12 +62,12 @@ def test_the_command_writes_its_table_and_figure(tmp_path, weights):
     arguments = ["faithfulness", "--pilots", weights("small")]
     arguments += ["--encounters", "32", "--scenes", "5", "--ships", "3"]
     assert main([*arguments, "--out", str(tmp_path)]) == 0
-    assert "Shapley value of the rudder" in (tmp_path / "exam.md").read_text()
-    assert (tmp_path / "exam-small.png").stat().st_size > 10_000
+    assert "Shapley value of the rudder" in (tmp_path / "faithfulness.md").read_text()
+    assert (tmp_path / "faithfulness-small.png").stat().st_size > 10_000
 
 
-def test_all_pilots_are_checked_before_any_is_examined(tmp_path, asked, capsys):
-    assert exam(tmp_path / "out", "paper-sum", "straight") == 2
+def test_all_pilots_are_checked_before_any_is_scored(tmp_path, asked, capsys):
+    assert faithfulness(tmp_path / "out", "paper-sum", "straight") == 2
     assert "no networks to explain" in one_line(capsys)
     assert not asked
     assert not (tmp_path / "out").exists()
@@ -79,9 +79,9 @@ def test_seeds_that_differ_in_what_they_have_are_refused_first(
 ):
     first, second = weights("with"), weights("odd", *other)
     for order in ([first, second], [second, first]):
-        assert exam(tmp_path / "out", "both=" + ",".join(order)) == 2
+        assert faithfulness(tmp_path / "out", "both=" + ",".join(order)) == 2
         said = one_line(capsys)
-        assert "seeds cannot be examined together" in said
+        assert "seeds cannot be scored together" in said
         assert "'odd'" in said
     assert not asked
 
@@ -97,26 +97,26 @@ def test_a_folder_that_cannot_be_made_is_refused_first(command, out, tmp_path, a
 
 
 @pytest.mark.slow
-def test_each_pilot_is_written_when_it_is_done_and_not_examined_again(
+def test_each_pilot_is_written_when_it_is_done_and_not_scored_again(
     tmp_path, weights, asked, capsys, monkeypatch
 ):
     pilots = [weights("one"), weights("two", "sum")]
-    go_on = exam_session.run_exam
+    go_on = scoring_session.score_explanations
 
     def interrupted(pilot, *what):
         if pilot.name == "two":
             raise KeyboardInterrupt
         return go_on(pilot, *what)
 
-    monkeypatch.setattr(exam_session, "run_exam", interrupted)
-    assert exam(tmp_path / "out", *pilots) == 130
+    monkeypatch.setattr(scoring_session, "score_explanations", interrupted)
+    assert faithfulness(tmp_path / "out", *pilots) == 130
     assert "1 of 2 pilots and seeds are kept in" in capsys.readouterr().err.replace("\n", " ")
-    text = (tmp_path / "out" / "exam.md").read_text()
+    text = (tmp_path / "out" / "faithfulness.md").read_text()
     assert "## one" in text
-    assert (tmp_path / "out" / "exam-one.png").exists()
-    monkeypatch.setattr(exam_session, "run_exam", go_on)
-    assert exam(tmp_path / "out", *pilots) == 0
+    assert (tmp_path / "out" / "faithfulness-one.png").exists()
+    monkeypatch.setattr(scoring_session, "score_explanations", go_on)
+    assert faithfulness(tmp_path / "out", *pilots) == 0
     assert asked == ["one", "two"]
-    again = (tmp_path / "out" / "exam.md").read_text()
+    again = (tmp_path / "out" / "faithfulness.md").read_text()
     assert "## two" in again
     assert again.startswith(text.rstrip())

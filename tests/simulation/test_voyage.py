@@ -134,14 +134,14 @@ def test_a_target_comes_goes_and_is_shown_as_lost_for_a_while():
     assert max(there) == 75.0
 
 
-def test_forty_ships_are_shown_and_twenty_fed():
+def test_forty_ships_are_shown_and_twenty_selected():
     rows = [straight(400.0 * k - 8000.0, 6000.0, 180.0) for k in range(40)]
     frame = list(simulate(scenario(*rows), untrained(), steps=2))[-1]
-    fed = [t for t in frame.targets if t.selected]
-    assert (len(frame.targets), len(fed)) == (40, 20)
+    selected = [t for t in frame.targets if t.selected]
+    assert (len(frame.targets), len(selected)) == (40, 20)
     assert all((t.q is not None) == t.selected for t in frame.targets)
-    assert any("20 ships fed" in phrase for phrase in frame.outside_training)
-    assert frame.value.collision == pytest.approx(sum(t.q for t in fed), abs=1e-4)
+    assert any("20 ships selected" in phrase for phrase in frame.outside_training)
+    assert frame.value.collision == pytest.approx(sum(t.q for t in selected), abs=1e-4)
 
 
 def test_eighteen_ships_are_all_fed_however_far():

@@ -207,9 +207,9 @@ def test_a_deleted_ship_is_as_if_she_had_never_been(imazu_log, learned):
 
 def test_blind_to_a_ship_that_is_not_fed_changes_nothing(advice_log, learned):
     number = 40
-    fed = {t.id for f in advice_log[number:] for t in f.targets if t.selected}
+    selected = {t.id for f in advice_log[number:] for t in f.targets if t.selected}
     far = max(
-        (t for t in advice_log[number].targets if t.id not in fed and not t.lost),
+        (t for t in advice_log[number].targets if t.id not in selected and not t.lost),
         key=lambda t: t.range_m,
     )
     assert far.range_m > 20_000

@@ -2,8 +2,8 @@
 
 With f a feature (Eq. 10-11) and the error θ in a box, f(m + θ) = f(m) + ∫₀¹ J(m + tθ)·θ dt:
 the mean value theorem, with intervals of J = ∂f/∂m over boxes that grow with t.
-The magnified differences of ``lens.fine`` need more: errors that both frames share all
-but cancel in them. On the straight path from one plot to the next,
+The magnified differences of the input features ``fine`` need more: errors that both frames
+share all but cancel in them. On the straight path from one plot to the next,
 D(θ) − D(0) ∈ (∂²f/∂m² · Δm)·θ, with the second derivative over path and box.
 """
 
@@ -145,7 +145,7 @@ def _inputs(
     own: np.ndarray,
     target: np.ndarray,
 ) -> AffineForm:
-    """The inputs of a network through its lens (networks/lens.py)."""
+    """The inputs of a network (networks/input_features.py)."""
     widest = -1  # the shell that is the whole box
     frames = _form(observation, jacobians.frames, own, target, rounding)
     frames = _limited(frames, jacobians.values[widest], rounding, skip=_BEARING)

@@ -38,7 +38,7 @@ _HARMLESS = np.array([3000.0, 4000.0, 0.0, 5.0, 3.0, 5.0])
 class RudderBand:
     """The rudder lies between ``low_rad`` and ``high_rad``, starboard positive.
 
-    ``turn`` is +1 if it is certainly to starboard of the dead zone, −1 if
+    ``certain_side`` is +1 if it is certainly to starboard of the dead zone, −1 if
     certainly to port, 0 if neither is certain.
     """
 

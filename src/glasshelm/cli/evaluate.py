@@ -8,8 +8,8 @@ import tyro
 
 def run(
     pilots: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PILOT ...")],
-    suite: Annotated[tuple[str, ...], tyro.conf.arg(metavar="SUITE ...")] = ("random", "imazu"),
-    out: Path = Path("examined"),
+    suites: Annotated[tuple[str, ...], tyro.conf.arg(metavar="SUITE ...")] = ("random", "imazu"),
+    out: Path = Path("evaluation"),
     encounters: int | None = None,
     ships: tuple[Literal["paper", "large_ship"], ...] = ("paper", "large_ship"),
     against: tuple[str, ...] = ("straight", "paper-cpa", "large-ship-cpa"),
@@ -28,7 +28,7 @@ def run(
             (which runs that module's code; the current folder is searched too);
             NAME-guarded for a learned pilot under guard;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
-        suite: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
+        suites: random, congested, imazu, disturbed, recorded, recorded:FILE (AIS),
             situations:FOLDER (DNV traffic situations).
         out: Folder for everything that is written.
         encounters: Encounters of each random suite (default: random 10,000, others 1,000).
@@ -59,7 +59,7 @@ def run(
     with locked_folder(out):
         with EvaluationProgress(console) as display:
             try:
-                found = evaluate(chosen, suite, out, command, encounters, executor, display.show)
+                found = evaluate(chosen, suites, out, command, encounters, executor, display.show)
             except KeyboardInterrupt:
                 console.say(
                     f"interrupted: {display.done} of {display.total} voyages are kept in {out}; "

@@ -8,12 +8,12 @@ import tyro
 
 def run(
     pilots: Annotated[tuple[str, ...], tyro.conf.arg(metavar="PILOT ...")],
-    out: Path = Path("exam"),
+    out: Path = Path("faithfulness"),
     encounters: int = 1000,
     scenes: int = 400,
     ships: tuple[int, ...] = (2, 3, 4, 5, 6),
 ) -> None:
-    """Test every explanation of a pilot: exam.md and figures.
+    """Test every explanation of a pilot: faithfulness.md and figures.
 
     Each explanation predicts what the pilot would do if ships were not there, and is compared with
     what the pilot does. Scores and nulls: docs/explanation/explanations.md.
@@ -35,8 +35,8 @@ def run(
     from glasshelm.core.terminal import Terminal
     from glasshelm.evaluation.contenders import parse_contenders
     from glasshelm.evaluation.evaluation_run import describe_machine
-    from glasshelm.faithfulness.exam_session import eligible_pilots, run_exams
     from glasshelm.faithfulness.scenes import SHIP_COUNTS
+    from glasshelm.faithfulness.scoring_session import eligible_pilots, score_pilots
 
     for name, value in (("encounters", encounters), ("scenes", scenes)):
         if value < 1:
@@ -48,4 +48,4 @@ def run(
     what = (encounters, scenes, tuple(sorted(set(ships))))
     console = Terminal()
     with locked_folder(out):
-        run_exams(chosen, what, out, command, describe_machine(), console)
+        score_pilots(chosen, what, out, command, describe_machine(), console)

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
+from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector, to_body, velocity
 from glasshelm.encounters.types import Encounter, Scenario, TargetInfo, straight_track
 from glasshelm.ship.domain import danger_unclipped
@@ -89,7 +90,12 @@ def random_encounter(
 
     Returns:
         An encounter of ``settings.slots`` slots.
+
+    Raises:
+        InputError: ``count`` is a number that does not fit.
     """
+    if isinstance(count, int) and not 0 <= count <= settings.slots:
+        raise InputError(f"{count} ships: from 0 to {settings.slots} fit into these settings")
     count_key, ships_key, waypoint_key, heading_key = jax.random.split(key, 4)
     low, high = settings.targets
     if count is None:

@@ -45,8 +45,8 @@ class StepResult(eqx.Module):
 
     ``terminated``: the last waypoint is reached. ``truncated``: the clock ended
     the episode, and the value of ``state`` still counts. ``margin`` is Eq. 13
-    without the clip (how far outside the domain each target is), ``range_m``
-    the distance of each target; both +/-inf-free, absent slots far off.
+    without the clip: how deep each target is in the domain, below 0 outside. ``range_m`` is its
+    distance. Absent slots count as far off; both are finite.
     """
 
     state: EnvState

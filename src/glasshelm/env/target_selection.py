@@ -8,6 +8,7 @@ straight on (the smallest distance, measured in half axes of the domain).
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import Vector
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S, TARGET_FEATURES, Observation
 from glasshelm.ship.domain import danger_unclipped, domain_axes
@@ -42,6 +43,8 @@ def select_targets(
         The observation, and for each of its slots the slot of the whole observation that it
         shows, in rising order; without meaning where the slot is empty.
     """
+    if capacity < 1:
+        raise InputError(f"room for {capacity} targets: must be 1 or more")
     slots = observation.present.shape[-1]
     if slots <= capacity:
         return observation, jnp.arange(slots)

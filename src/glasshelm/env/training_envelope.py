@@ -55,12 +55,12 @@ def outside_training(
     ship: ShipParams,
     waypoint: Vector,
     targets: Motion,
-    fed: Bool[np.ndarray, " n"] | None = None,
+    selected: Bool[np.ndarray, " n"] | None = None,
     trained: TrainingEnvelope = TrainingEnvelope(),
 ) -> list[str]:
     """Short phrases, one for each thing outside the training distribution; empty if none.
 
-    ``targets`` are the ships at this instant, ``fed`` which of them the pilot
+    ``targets`` are the ships at this instant, ``selected`` which of them the pilot
     is shown (default: all present). Compared are own ship's length, speed and
     steering, the number of ships, their speeds and ranges, the waypoint's
     distance.
@@ -72,7 +72,9 @@ def outside_training(
         said.append(f"waypoint {_nm(distance)} NM off (trained: from {_nm(near)} NM)")
     if distance > far * (1 + SLACK):
         said.append(f"waypoint {_nm(distance)} NM off (trained: up to {_nm(far)} NM)")
-    shown = np.asarray(targets.present) if fed is None else np.asarray(targets.present) & fed
+    shown = (
+        np.asarray(targets.present) if selected is None else np.asarray(targets.present) & selected
+    )
     return said + _of_targets(own, targets, shown, trained)
 
 
@@ -96,7 +98,7 @@ def _of_targets(
     count = int(shown.sum())
     most = trained.encounters.targets[1]
     if count > most:
-        said.append(f"{count} ships fed (trained: at most {most})")
+        said.append(f"{count} ships selected (trained: at most {most})")
     speed = np.asarray(targets.speed_m_s)[shown]
     slow, fast = trained.encounters.target_speed_m_s
     range_m = _range(targets.east_m, targets.north_m, own)[shown]

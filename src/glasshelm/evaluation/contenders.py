@@ -60,11 +60,22 @@ def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) 
         pilots = tuple(ORACLE_PILOTS.get(name) or pilot_named(name) for name in names)
         name = label if equals else pilots[0].name
         for ship_name in _ships(name, pilots, ships):
-            if any(e.name == name and e.ship_name == ship_name for e in contenders):
-                raise InputError(f"pilot {name!r} is named twice: give one a name with NAME=FILE")
             contenders.append(Contender(name, ship_name, ship_named(ship_name), pilots))
+    return check_contenders(contenders)
+
+
+def check_contenders(contenders: list[Contender]) -> list[Contender]:
+    """The same contenders; InputError if there is none, or a name is there twice on a ship."""
     if not contenders:
-        raise InputError("no pilot to evaluate: name one or more with --pilots")
+        raise InputError("no pilot to evaluate: name one or more")
+    seen = set()
+    for contender in contenders:
+        key = contender.name, contender.ship_name
+        if key in seen:
+            raise InputError(
+                f"pilot {contender.name!r} is named twice: give one a name with NAME=FILE"
+            )
+        seen.add(key)
     return contenders
 
 

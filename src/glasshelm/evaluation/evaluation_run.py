@@ -134,5 +134,5 @@ def results_by_contender(evaluation: EvaluationResult, name: str) -> list[list[S
 
 
 def stack_seeds(seeds: Sequence[SuiteResult], column: str) -> np.ndarray:
-    """A column of all seeds of an contender: [seeds, encounters]."""
+    """A column of all seeds of a contender: [seeds, encounters]."""
     return np.stack([one.columns[column] for one in seeds])

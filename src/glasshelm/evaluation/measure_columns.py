@@ -17,7 +17,7 @@ from glasshelm.simulation.rollout import SETTINGS
 
 @dataclasses.dataclass(frozen=True)
 class SuiteResult:
-    """A suite sailed by one seed of an contender: columns by name, in the suite's order.
+    """A suite simulated with one seed of a contender: columns by name, in the suite's order.
 
     ``meetings`` has one row a target with which there was risk of collision;
     its ``case`` is the row of the encounter.

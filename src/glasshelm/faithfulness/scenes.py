@@ -1,4 +1,4 @@
-"""The scenes of the exam: what a pilot observes on its own voyages where ships matter to it."""
+"""Scenes: what a pilot observes on its own voyages where ships matter to it."""
 
 import dataclasses
 from collections.abc import Callable, Sequence

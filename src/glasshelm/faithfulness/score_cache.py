@@ -1,4 +1,4 @@
-"""Results of the exam in files, so that nothing is computed twice."""
+"""Scores in files, so that nothing is computed twice."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -7,15 +7,16 @@ import numpy as np
 
 from glasshelm.evaluation.contenders import code_digest, pilot_digest
 from glasshelm.evaluation.result_cache import ResultCache
-from glasshelm.faithfulness.exam_runner import ExamResult
 from glasshelm.faithfulness.explainers import explainers_for
+from glasshelm.faithfulness.faithfulness_scores import ExplanationScores
 from glasshelm.pilots.learned import LearnedPilot
 
 #: The code that decides the scores, not that which only shows them.
 _SCORE_CODE = (
     "core/fast_trig.py", "core/geometry.py", "encounters", "env", "explanation", "networks", "ship",
-    *(f"faithfulness/{name}.py" for name in
-      ("counterfactual", "exam_runner", "explainers", "metrics", "sanity_checks", "scenes")),
+    *(f"faithfulness/{name}.py" for name in (
+        "counterfactual", "explainers", "faithfulness_scores", "metrics", "sanity_checks", "scenes",
+    )),
 )  # fmt: skip
 _ARRAYS = ("voyage", "ships", "rudder_sensitivity")
 
@@ -28,8 +29,8 @@ def cache_key(pilot: LearnedPilot, encounters: int, max_scenes: int, counts: Seq
 
 
 def load_or_compute(
-    compute: Callable[[], ExamResult], cache: ResultCache, key: str, pilot: LearnedPilot
-) -> tuple[ExamResult, bool]:
+    compute: Callable[[], ExplanationScores], cache: ResultCache, key: str, pilot: LearnedPilot
+) -> tuple[ExplanationScores, bool]:
     """The result stored under ``key``, or that of ``compute``, which is then stored.
 
     Returns:
@@ -53,4 +54,4 @@ def load_or_compute(
             loaded.setdefault(explainer, {})[measure] = values
     explainers = explainers_for(pilot.actor, pilot.critic)
     arrays = {name: columns[name] for name in _ARRAYS}
-    return ExamResult(pilot, explainers, loaded, **arrays), True
+    return ExplanationScores(pilot, explainers, loaded, **arrays), True

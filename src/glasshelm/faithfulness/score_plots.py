@@ -1,4 +1,4 @@
-"""The exam as one figure: every explanation's scores with their intervals."""
+"""One figure: every explanation's scores with their intervals."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from glasshelm.core.text import safe_name
-from glasshelm.faithfulness.exam_runner import ExamResult
+from glasshelm.faithfulness.faithfulness_scores import ExplanationScores
 from glasshelm.faithfulness.score_tables import MEASURE_TITLES, NULL, TRUTH_MEASURES, score_of
 from glasshelm.figures.style import INK, SOFT, new_figure, styled
 
@@ -19,7 +19,7 @@ _SAID = {
 
 
 @styled
-def scores_figure(seeds: Sequence[ExamResult], name: str) -> Figure:
+def scores_figure(seeds: Sequence[ExplanationScores], name: str) -> Figure:
     """One panel a measure, one row an explanation: mean and 95 % interval; right is truer.
 
     The dashed line is what DCPA and TCPA alone tell.

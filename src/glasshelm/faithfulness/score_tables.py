@@ -1,4 +1,4 @@
-"""The result of the exam in words and tables: which explanation tells the truth about the pilot."""
+"""The scores in words and tables: which explanation tells the truth about the pilot."""
 
 from collections.abc import Sequence
 
@@ -12,8 +12,8 @@ from glasshelm.evaluation.statistics import (
     holm,
 )
 from glasshelm.evaluation.tables import markdown_table
-from glasshelm.faithfulness.exam_runner import MEASURES, ExamResult, randomised_top
 from glasshelm.faithfulness.explainers import Explainer
+from glasshelm.faithfulness.faithfulness_scores import MEASURES, ExplanationScores, randomised_top
 
 MEASURE_TITLES = {
     "kendall": "τ_b with φ",
@@ -34,10 +34,10 @@ TRUTH_MEASURES = ("kendall", "deletion", "insertion", "simulated")
 _PAPERS = ("attention", "danger", "priority", "intention", "intention_level")
 NULL = "cpa"
 
-Seeds = Sequence[ExamResult]
+Seeds = Sequence[ExplanationScores]
 
 
-def exam_report(name: str, seeds: Seeds, command: str, machine: str) -> str:
+def scores_report(name: str, seeds: Seeds, command: str, machine: str) -> str:
     """The table of one pilot (its training seeds together) and the conclusions."""
     scenes = sum(len(s.voyage) for s in seeds)
     voyages = sum(len(np.unique(s.voyage)) for s in seeds)

@@ -12,7 +12,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.padding import bucket_size, pad_observation
 from glasshelm.env.target_selection import select_targets
 from glasshelm.env.training_envelope import check_observation
-from glasshelm.pilots.protocols import Decision, Memory, Pilot
+from glasshelm.pilots.protocols import Decision, Memory, Pilot, check_pilot
 from glasshelm.ship.nomoto import SHIPS, ShipParams
 
 
@@ -65,8 +65,9 @@ def explain(
         The decision in NumPy arrays, its values in the slots of ``observation``.
 
     Raises:
-        InputError: The waypoint or a target has a feature that is no possible number.
+        InputError: It is no pilot, or a feature of the waypoint or a target is no possible number.
     """
+    check_pilot(pilot)
     check_observation(observation)
     count = observation.present.shape[-1]
     own_ship: ShipParams = ship or getattr(pilot, "ship", SHIPS["paper"])

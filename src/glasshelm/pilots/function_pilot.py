@@ -78,10 +78,31 @@ def function_pilot(name: str) -> Pilot:
     except Exception as error:  # it is somebody's code, and may fail as it likes
         raise InputError(f"pilot {name!r}: importing {module_name} fails ({error!r})") from None
     if isinstance(found, Pilot):
-        return found
+        return _checked(name, found)
     if not callable(found):
-        raise InputError(f"pilot {name!r}: neither a function nor a pilot")
+        lacks = [part for part in ("name", "start", "decide") if not hasattr(found, part)]
+        raise InputError(
+            f"pilot {name!r}: neither a function nor a pilot, which has {_joined(lacks)} too"
+        )
     return FunctionPilot(found, name, _traceable(name, found), _digest(found))
+
+
+def _checked(name: str, pilot: Pilot) -> Pilot:
+    """The pilot; tried on two ships. InputError if it gives no decision."""
+    try:
+        memory = jax.eval_shape(pilot.start)
+        decided = jax.eval_shape(pilot.decide, empty_observation(2), memory)
+    except Exception as error:  # it is somebody's code, and may fail as it likes
+        raise InputError(f"pilot {name!r}: fails on an observation ({error!r})") from None
+    if not (isinstance(decided, tuple) and len(decided) == 2 and isinstance(decided[0], Decision)):
+        raise InputError(f"pilot {name!r}: decide must return (Decision(rudder), memory)")
+    if np.shape(decided[0].rudder) != ():
+        raise InputError(f"pilot {name!r}: the rudder must be one number in [-1, 1]")
+    return pilot
+
+
+def _joined(parts: list[str]) -> str:
+    return ", ".join(parts) or "all of name, start and decide"
 
 
 def _traceable(name: str, function: Callable[[Observation], Any]) -> bool:

@@ -14,12 +14,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.pilots.batched import in_step
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.protocols import Decision, GuardStatus, Overruled
+from glasshelm.pilots.protocols import Decision, GuardStatus, Overruled, Pilot
 from glasshelm.planning.course_planner import CourseSettings, plan_course
 from glasshelm.planning.lookahead import Lookahead, look_ahead
 from glasshelm.planning.situation import rudder_towards
@@ -63,6 +64,10 @@ class GuardedPilot(eqx.Module):
 
     pilot: LearnedPilot
     settings: GuardSettings = eqx.field(static=True, default=GuardSettings())
+
+    def __check_init__(self) -> None:
+        if isinstance(self.pilot, Pilot) and not isinstance(self.pilot, LearnedPilot):
+            raise InputError(f"pilot {self.pilot.name!r} cannot be guarded: only learned ones can")
 
     @property
     def name(self) -> str:

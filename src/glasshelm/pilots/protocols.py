@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.explanation.step_explanation import Explanation
@@ -81,6 +82,14 @@ class Pilot(Protocol):
             memory: Of the decision before, or :meth:`start`.
         """
         ...
+
+
+def check_pilot(pilot: object) -> None:
+    """InputError if it is no pilot, with what would be one."""
+    if isinstance(pilot, str):
+        raise InputError(f"{pilot!r} is a name: glasshelm.pilot({pilot!r}) gives the pilot")
+    if not isinstance(pilot, Pilot):
+        raise InputError(f"{type(pilot).__name__} is no pilot: it needs name, start and decide")
 
 
 @runtime_checkable

@@ -108,6 +108,10 @@ def _learned(name: str | Path, known: tuple[str, ...]) -> LearnedPilot:
     text = str(name)
     if text.endswith(SUFFIX):
         return read_pilot(Path(text), Path(text).stem)
+    if text in pilot_names() and text not in bundled_pilots():
+        raise InputError(f"pilot {text!r} is no learned one: glasshelm.pilot({text!r}) gives it")
+    if text.endswith("-clairvoyant"):
+        raise InputError(f"{text} knows the future: it can only be evaluated (glasshelm evaluate)")
     if text not in bundled_pilots():
         choices = ", ".join((*known, f"a path ending in {SUFFIX}"))
         raise InputError(f"unknown pilot {text!r}: choose one of {choices}")

@@ -16,10 +16,10 @@ PASSING_M = 100.0
 class Passage:
     """One target's passage of own ship. Frames are given by index.
 
-    ``closest_m`` at ``closest``; ``interior`` says that she had been farther off
+    ``closest_m`` at ``closest``; ``is_minimum`` says that she had been farther off
     before and was after, by more than noise in a position. ``inside_s`` is the
-    time in own ship's domain, ``deepest`` the largest danger (Eq. 13).
-    ``wanted`` is the frame of her largest priority (Eq. 22), absent where the
+    time in own ship's domain, ``max_danger`` the largest danger (Eq. 13).
+    ``largest_priority`` is the frame of her largest priority (Eq. 22), absent where the
     pilot has no critic.
     """
 

@@ -1,7 +1,7 @@
 """Why the pilot did it: whose presence moves the rudder, and who would have it otherwise.
 
 The reason of a rudder is its Shapley values: what it would be with no other ship,
-and what each ship adds; together they are the rudder itself. The examination of
+and what each ship adds; together they are the rudder itself. The tests of
 explanations (docs/explanation/explanations.md) found them, and attention, to describe the
 pilot; danger and priority it did not, so they are no reasons here. The critic, attention
 and the Rules are heard where they disagree.

@@ -21,11 +21,12 @@ class Share:
 
 @dataclasses.dataclass(frozen=True)
 class RudderShares:
-    """Means over some frames. What is alone, less who is back, with who is moving is the rudder.
+    """The rudder and its shares, means over some frames.
 
     ``way`` is the side of the rudder (1 starboard, −1 port). ``rudder_rad`` and ``base_rad`` are
-    + to that side. ``moving`` are the ships that move the rudder that way, ``back`` those
-    that move it the other way, the largest share first.
+    + to that side. ``supporting`` are the ships that move the rudder that way,
+    ``opposing`` those that move it the other way, the largest share first. The base and the
+    supporting shares, less the opposing ones, add up to the rudder.
     """
 
     way: float

@@ -156,7 +156,11 @@ SHIPS: dict[str, ShipParams] = {
 
 
 def ship_named(name: str) -> ShipParams:
-    """The preset ship of that name; InputError names the presets if there is none."""
+    """The preset ship of that name (``large_ship`` or ``large-ship``).
+
+    InputError names the presets if there is none.
+    """
+    name = name.replace("-", "_")
     if name not in SHIPS:
         raise InputError(f"unknown ship {name!r}: choose one of {', '.join(SHIPS)}")
     return SHIPS[name]

@@ -90,9 +90,11 @@ class FrameBuilder:
             moment.observation, [infos[i].name for i in moment.slots if i < len(infos)]
         )
         if not np.isfinite(moment.decision.rudder):
+            has_weights = getattr(self._pilot, "weights_sha256", None) is not None
+            why = "its weights are damaged" if has_weights else "a number in [-1, 1] is needed"
             raise InputError(
                 f"pilot {self._pilot.name} decides {moment.decision.rudder}, which is no rudder: "
-                "its weights are damaged"
+                f"{why}"
             )
 
     def _own(self, moment: ExplainedStep) -> Own:
@@ -167,10 +169,12 @@ class FrameBuilder:
     def _outside(self, moment: ExplainedStep) -> list[str] | None:
         if not isinstance(self._pilot, TrainedPilot):
             return None
-        fed = np.zeros(len(moment.traffic.lost), bool)
-        fed[moment.slots[moment.observation.present]] = True
+        selected = np.zeros(len(moment.traffic.lost), bool)
+        selected[moment.slots[moment.observation.present]] = True
         motion, ship = moment.traffic.motion, self._scenario.ship
-        said = outside_training(moment.own, ship, moment.waypoint, motion, fed, self._pilot.trained)
+        said = outside_training(
+            moment.own, ship, moment.waypoint, motion, selected, self._pilot.trained
+        )
         return said or None
 
     def _targets(self, moment: ExplainedStep) -> list[Target]:
@@ -236,7 +240,7 @@ def ship_part(ship: ShipParams) -> Ship:
 
 
 def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Columns:
-    """What the pilot makes of each ship shown; absent for those that it was not fed."""
+    """What the pilot makes of each ship shown; absent for those that it was not shown."""
     place = {int(i): k for k, i in enumerate(moment.slots) if moment.observation.present[k]}
     places = [place.get(int(i)) for i in shown]
     columns: Columns = {"selected": [k is not None for k in places]}
@@ -275,7 +279,7 @@ def _of_own_rudder(e: Explanation, places: list[int | None], limit_rad: float) -
         given["course_leave_one_out_rad"] = _plain(e.manoeuvre.course_leave_one_out)
     together = e.rudder_shapley.pairs * limit_rad
     if np.any(np.abs(together) >= PAIR_RAD):
-        # Slot by slot -> target by target of the frame; who was not fed has no part in it.
+        # Slot by slot -> target by target of the frame; who was not shown has no part in it.
         wide = np.pad(together, ((0, 0), (0, 1)))
         at = [together.shape[1] if k is None else k for k in places]
         given["shapley_pairs_rad"] = _plain(wide[:, at])

@@ -1,4 +1,4 @@
-"""Sailing: a scenario and a pilot become a stream of frames."""
+"""Simulation: a scenario and a pilot become a stream of frames."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from glasshelm.env.rewards import Reward
 from glasshelm.env.step import EnvSettings, EnvState, observe_step, reset, step
 from glasshelm.env.target_selection import MAX_TARGETS
 from glasshelm.frames.schema import Frame
-from glasshelm.pilots.protocols import Memory, Pilot
+from glasshelm.pilots.protocols import Memory, Pilot, check_pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
 from glasshelm.simulation.explained_step import (
     ExplainedStep,
@@ -87,12 +87,15 @@ def simulate(
         InputError: There is no track to keep, steps are negative, or what the pilot is shown or
             decides is not a number.
     """
+    check_pilot(pilot)
+    if not isinstance(scenario, Scenario):
+        raise InputError(f"{scenario!r} is no scenario: glasshelm.scenario(...) gives one")
     steps = steps_of(scenario, steps, settings)
     if advise and scenario.own_track is None:
         raise InputError(
             f"{scenario.source}: --advise needs a recorded own ship, and this source has none"
         )
-    return _sail(scenario, pilot, steps, advise, settings, lost_shown_s)
+    return _simulated(scenario, pilot, steps, advise, settings, lost_shown_s)
 
 
 def steps_of(
@@ -106,7 +109,7 @@ def steps_of(
     return steps
 
 
-def _sail(
+def _simulated(
     scenario: Scenario,
     pilot: Pilot,
     steps: int,
@@ -263,7 +266,9 @@ def padded_encounter(encounter: Encounter) -> Encounter:
     slots, legs = encounter.targets.start_s.shape
     wide = bucket_size(slots)
     if slots <= MAX_TARGETS:
-        wide = min(wide, MAX_TARGETS)  # so few ships are all fed; empty slots must not change that
+        wide = min(
+            wide, MAX_TARGETS
+        )  # so few ships are all selected; empty slots must not change that
     extra = ((0, wide - slots), (0, bucket_size(legs) - legs))
 
     def pad(values: Any, empty: float) -> Any:

@@ -46,6 +46,10 @@ class TrainerSettings:
     snapshot_s: float = 60.0
     tensorboard: bool = True
 
+    def __post_init__(self) -> None:
+        if self.minutes is not None and not self.minutes > 0:
+            raise InputError(f"{self.minutes:g} minutes of training: must be more than 0")
+
 
 class Trainer:
     """One training in one folder."""

@@ -38,8 +38,8 @@ from glasshelm.simulation.voyage import padded_encounter
 class BranchState(eqx.Module):
     """What a future starts from; changes are made to it (:mod:`glasshelm.whatif.changes`).
 
-    ``observation`` are the ships that the pilot sees; ``rudder_rad`` is ordered for the
-    first ``ordered`` steps. Time 0 of the encounter is the instant of the branch.
+    ``visible`` are the ships that the pilot sees; ``override_rad`` is the rudder of the
+    first ``override_steps`` steps. Time 0 of the encounter is the instant of the branch.
     """
 
     encounter: Encounter
@@ -64,6 +64,7 @@ class Branch:
 
     def slot(self, ship: str) -> int:
         """The slot of a ship by her id or her name. InputError if there is none, or several."""
+        ship = str(ship)  # an id of digits may come as a number
         ids = [info.id for info in self.scenario.targets]
         if ship in ids:
             return ids.index(ship)

@@ -19,6 +19,7 @@ UNTIL_THE_END = 2**30
 
 
 @runtime_checkable
+@runtime_checkable
 class Change(Protocol):
     """One thing that is different from the instant of the branch on."""
 

@@ -18,7 +18,7 @@ from glasshelm.frames.schema import Frame
 from glasshelm.networks.critics import QValues
 from glasshelm.pilots.decide import select
 from glasshelm.pilots.glassbox import GlassboxPilot
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import Pilot, check_pilot
 from glasshelm.planning.manoeuvres import Manoeuvres
 from glasshelm.planning.situation import situation_of
 from glasshelm.whatif.branch import branch_at
@@ -91,6 +91,7 @@ def why_not(frames: Sequence[Frame], number: int, pilot: Pilot, course_rad: floa
     Raises:
         InputError: There is no such frame, or the pilot does not compare courses.
     """
+    check_pilot(pilot)
     if not isinstance(pilot, GlassboxPilot):
         raise InputError(
             f"pilot {pilot.name!r} compares no courses: choose one that does, as paper-glassbox"

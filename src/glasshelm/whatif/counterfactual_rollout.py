@@ -27,7 +27,7 @@ Row = Float[np.ndarray, " t"]
 class BranchRollout:
     """What follows from a branch, one instant a step, the first at the branch.
 
-    ``moments`` and ``reward`` (of the step after each instant) are on the host,
+    ``steps`` and ``reward`` (of the step after each instant) are on the host,
     stacked over time. A future ends early where the last waypoint that the log
     names is reached. ``condition`` says what is changed, "" for nothing.
     """

@@ -72,11 +72,11 @@ class Outcome:
 class Differences:
     """Where two futures part, over the time that both last.
 
-    ``parts_s`` is when the rudders first differ by half a degree (time of the log),
-    None if they never do; ``rudder_rad`` their largest difference; ``apart_m`` the
-    largest distance between own ship in the one and in the other. ``aside_rad`` is the
-    largest difference of the headings (+ = the second farther to starboard), ``aside_s``
-    how long after the branch.
+    ``diverge_s`` is when the rudders first differ by half a degree (time of the log),
+    None if they never do; ``rudder_rad`` their largest difference; ``max_separation_m`` the
+    largest distance between own ship in the one and in the other. ``max_heading_change_rad`` is
+    the largest difference of the headings (+ = the second farther to starboard),
+    ``max_heading_change_s`` how long after the branch.
     """
 
     diverge_s: float | None

@@ -1,4 +1,4 @@
-"""The whole exam on real voyages of a bundled pilot: what is known of it must come out."""
+"""All scores on real voyages of a bundled pilot: what is known of it must come out."""
 
 import jax
 import jax.numpy as jnp
@@ -9,12 +9,12 @@ from tests.untrained import observation, untrained
 from glasshelm.evaluation.result_cache import ResultCache
 from glasshelm.evaluation.statistics import clustered_mean
 from glasshelm.faithfulness.counterfactual import heading_effects
-from glasshelm.faithfulness.exam_runner import MEASURES, randomised_top, run_exam
 from glasshelm.faithfulness.explainers import EXPLAINERS, explainers_for
+from glasshelm.faithfulness.faithfulness_scores import MEASURES, randomised_top, score_explanations
 from glasshelm.faithfulness.sanity_checks import count_layers, perturb_sensors, randomise_weights
 from glasshelm.faithfulness.scenes import MIN_SHAPLEY_RAD, collect_scenes
 from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
-from glasshelm.faithfulness.score_tables import exam_report
+from glasshelm.faithfulness.score_tables import scores_report
 from glasshelm.pilots.registry import load
 
 
@@ -24,79 +24,79 @@ def pilot():
 
 
 @pytest.fixture(scope="module")
-def examined(pilot):
-    return run_exam(pilot, encounters=32, max_scenes=12, counts=(3,))
+def scored(pilot):
+    return score_explanations(pilot, encounters=32, max_scenes=12, counts=(3,))
 
 
-def mean(examined, explainer, measure):
-    return float(np.nanmean(examined.scores[explainer][measure]))
+def mean(scored, explainer, measure):
+    return float(np.nanmean(scored.scores[explainer][measure]))
 
 
-def test_every_explanation_has_every_score_in_every_scene(examined):
-    assert set(examined.scores) == {e.name for e in EXPLAINERS}
-    for by in examined.scores.values():
+def test_every_explanation_has_every_score_in_every_scene(scored):
+    assert set(scored.scores) == {e.name for e in EXPLAINERS}
+    for by in scored.scores.values():
         assert set(MEASURES) | {randomised_top(top) for top in range(1, 7)} == set(by)
-        assert {len(v) for v in by.values()} == {len(examined.voyage)}
+        assert {len(v) for v in by.values()} == {len(scored.voyage)}
 
 
-def test_the_shapley_value_has_full_marks_against_itself_and_nulls_have_not(examined):
-    assert mean(examined, "shapley", "kendall") == pytest.approx(1.0)
-    assert mean(examined, "shapley", "sign") == pytest.approx(1.0)
-    assert mean(examined, "uniform", "kendall") == pytest.approx(0.0)
-    assert abs(mean(examined, "random", "kendall")) < 0.35
-    assert mean(examined, "shapley", "deletion") > mean(examined, "random", "deletion") + 0.3
+def test_the_shapley_value_has_full_marks_against_itself_and_nulls_have_not(scored):
+    assert mean(scored, "shapley", "kendall") == pytest.approx(1.0)
+    assert mean(scored, "shapley", "sign") == pytest.approx(1.0)
+    assert mean(scored, "uniform", "kendall") == pytest.approx(0.0)
+    assert abs(mean(scored, "random", "kendall")) < 0.35
+    assert mean(scored, "shapley", "deletion") > mean(scored, "random", "deletion") + 0.3
 
 
-def test_nulls_do_not_notice_that_the_pilot_forgot_everything(examined):
-    assert mean(examined, "cpa", "randomised") == pytest.approx(1.0)
-    assert mean(examined, "random", randomised_top(1)) == pytest.approx(1.0)
-    assert np.isnan(examined.scores["uniform"]["randomised"]).all()
+def test_nulls_do_not_notice_that_the_pilot_forgot_everything(scored):
+    assert mean(scored, "cpa", "randomised") == pytest.approx(1.0)
+    assert mean(scored, "random", randomised_top(1)) == pytest.approx(1.0)
+    assert np.isnan(scored.scores["uniform"]["randomised"]).all()
 
 
-def test_what_is_made_of_the_networks_is_forgotten_and_may_come_back_upside_down(examined):
+def test_what_is_made_of_the_networks_is_forgotten_and_may_come_back_upside_down(scored):
     for explainer in ("shapley", "leave_one_out", "attention"):
-        found = examined.scores[explainer]["randomised"]
+        found = scored.scores[explainer]["randomised"]
         assert found.min() < 0
-        assert mean(examined, explainer, "randomised") < 0.6
+        assert mean(scored, explainer, "randomised") < 0.6
 
 
-def test_layers_are_forgotten_one_after_the_other_from_the_output_down(examined):
-    assert examined.layers == 7
+def test_layers_are_forgotten_one_after_the_other_from_the_output_down(scored):
+    assert scored.layers == 7
     # Attention is what the bottom three layers say: the head of the actor has no part in it.
-    assert mean(examined, "attention", randomised_top(4)) == pytest.approx(1.0)
-    assert mean(examined, "attention", randomised_top(6)) < 1.0
-    asked = np.isfinite(examined.scores["shapley"][randomised_top(1)])
+    assert mean(scored, "attention", randomised_top(4)) == pytest.approx(1.0)
+    assert mean(scored, "attention", randomised_top(6)) < 1.0
+    asked = np.isfinite(scored.scores["shapley"][randomised_top(1)])
     assert asked.sum() == -(-len(asked) // 4)
 
 
-def test_what_is_a_rudder_is_also_taken_as_it_is_told(examined):
-    for name, by in examined.scores.items():
+def test_what_is_a_rudder_is_also_taken_as_it_is_told(scored):
+    for name, by in scored.scores.items():
         defined = np.isfinite(by["unscaled_infidelity"])
         assert (
             defined.all() if name in ("shapley", "leave_one_out", "gradient") else not defined.any()
         )
         assert np.all(by["unscaled_infidelity"][defined] >= by["infidelity"][defined] - 1e-5)
-    assert mean(examined, "shapley", "unscaled_infidelity") < 1.0
+    assert mean(scored, "shapley", "unscaled_infidelity") < 1.0
 
 
-def test_scores_are_kept_to_the_bit_and_not_computed_again(examined, tmp_path):
+def test_scores_are_kept_to_the_bit_and_not_computed_again(scored, tmp_path):
     def never():
-        raise AssertionError("examined again")
+        raise AssertionError("scored again")
 
-    pilot, kept = examined.pilot, ResultCache(tmp_path)
+    pilot, kept = scored.pilot, ResultCache(tmp_path)
     key = cache_key(pilot, 32, 12, (3,))
-    assert load_or_compute(lambda: examined, kept, key, pilot) == (examined, False)
+    assert load_or_compute(lambda: scored, kept, key, pilot) == (scored, False)
     again, before = load_or_compute(never, kept, key, pilot)
     assert before
-    assert exam_report("p", [again], "c", "m") == exam_report("p", [examined], "c", "m")
+    assert scores_report("p", [again], "c", "m") == scores_report("p", [scored], "c", "m")
     assert cache_key(pilot, 32, 13, (3,)) != key
     assert cache_key(load("paper-sum"), 32, 12, (3,)) != key
 
 
-def test_the_report_names_scenes_weights_and_a_verdict(examined):
-    text = exam_report("paper-attention", [examined], "glasshelm exam", "a machine")
-    assert f"{len(examined.voyage):,} scenes" in text
-    assert examined.pilot.weights_sha256[:8] in text
+def test_the_report_names_scenes_weights_and_a_verdict(scored):
+    text = scores_report("paper-attention", [scored], "glasshelm faithfulness", "a machine")
+    assert f"{len(scored.voyage):,} scenes" in text
+    assert scored.pilot.weights_sha256[:8] in text
     assert "20 comparisons with DCPA and TCPA" in text
     assert "| explanation | 1 | 2 | 3 | 4 | 5 | 6 | 7 |" in text
 

@@ -1,4 +1,4 @@
-"""The exam of explanations: every one, in every scene, by every score."""
+"""The scores of every explanation in every scene."""
 
 import dataclasses
 import itertools
@@ -51,7 +51,7 @@ def randomised_top(layers: int) -> str:
 
 
 @dataclasses.dataclass(frozen=True)
-class ExamResult:
+class ExplanationScores:
     """The scores of one pilot's explanations: ``scores[explainer][measure]``, one a scene.
 
     Measures are :data:`MEASURES` and, of some scenes (nan elsewhere), :func:`randomised_top`
@@ -72,13 +72,13 @@ class ExamResult:
         return _layers((self.pilot.actor, self.pilot.critic))
 
 
-def run_exam(
+def score_explanations(
     pilot: LearnedPilot,
     encounters: int = 1000,
     max_scenes: int = 400,
     counts: Sequence[int] = SHIP_COUNTS,
     progress: Callable[[str, int, int], None] = lambda what, done, of: None,
-) -> ExamResult:
+) -> ExplanationScores:
     """Score every explanation of a pilot in scenes of its own voyages.
 
     Args:
@@ -113,7 +113,7 @@ def run_exam(
         for name, measures in found.items():
             for measure, values in measures.items():
                 scores[name].setdefault(measure, []).append(np.asarray(values))
-    return ExamResult(
+    return ExplanationScores(
         pilot,
         explainers,
         {e: {m: np.concatenate(v) for m, v in by.items()} for e, by in scores.items()},
