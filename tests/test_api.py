@@ -73,6 +73,51 @@ def test_an_encounter_is_explained_in_ten_lines():
     assert "without" in answer.summary.lower()
 
 
+#: Wrong arguments, and what the error says of each.
+WRONG = """
+simulate("imazu:5", pilot("straight"))  # is no scenario
+simulate(scenario("imazu:5"), "paper-sum")  # is a name: glasshelm.pilot
+simulate(scenario("imazu:5"), 3)  # int is no pilot
+explain("paper-sum", None)  # is a name
+what_if(FRAMES, 0, pilot("straight"), [])  # nothing is asked
+what_if(FRAMES, 0, "straight", [Deleted("1")])  # is a name
+what_if(FRAMES, 0, pilot("straight"), ["1"])  # is no change
+why_not(FRAMES, 0, pilot("straight"), 0.0)  # compares no courses
+evaluate([])  # no pilot to evaluate
+evaluate("straight")  # are lists
+evaluate(["straight"], "random")  # are lists
+evaluate(["straight", "straight"])  # named twice
+load("paper-sum-guarded")  # is no learned one
+GuardedPilot(pilot("straight"))  # cannot be guarded
+train(minutes=-1, out=OUT)  # must be more than 0
+random_encounter(None, SHIPS["paper"], count=99)  # 99 ships
+select_targets(None, 0)  # room for 0 targets
+"""
+
+
+def test_a_wrong_argument_is_one_clear_line(tmp_path):
+    """In a process of its own: here, annotations are checked before any line of ours runs."""
+    code = (
+        "import glasshelm, sys\n"
+        "names = {name: getattr(glasshelm, name) for name in glasshelm.__all__}\n"
+        "at = names['scenario']('imazu:1')\n"
+        "names['FRAMES'] = [*names['simulate'](at, names['pilot']('straight'), 1)]\n"
+        "names['OUT'] = sys.argv[2]\n"
+        "for line in sys.argv[1].strip().splitlines():\n"
+        "    call, wanted = line.split('  # ')\n"
+        "    try:\n"
+        "        eval(call, dict(names))\n"
+        "    except glasshelm.InputError as error:\n"
+        "        said = str(error)\n"
+        "        assert wanted in said and '\\n' not in said, (call, said)\n"
+        "    else:\n"
+        "        raise AssertionError(call)\n"
+    )
+    command = [sys.executable, "-c", code, WRONG, str(tmp_path / "run")]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
 def test_pilots_are_evaluated_in_this_process():
     found = glasshelm.evaluate([glasshelm.pilot("straight")], ["random"], 2)
     assert [len(voyages.columns["nearest_m"]) for voyages in found.results] == [2]

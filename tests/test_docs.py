@@ -4,6 +4,7 @@ import ast
 import importlib.util
 import json
 import re
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -236,3 +237,10 @@ def test_fields_that_docstrings_of_classes_name_exist():
             named = re.findall(r"``([a-z_][a-z0-9_]*)``", ast.get_docstring(node) or "")
             unknown += [(file.name, node.name, name) for name in named if name not in known]
     assert unknown == []
+
+
+def test_the_layers_of_the_documentation_are_those_that_ci_holds():
+    contracts = tomllib.loads((TREE / "pyproject.toml").read_text())["tool"]["importlinter"]
+    layers = "\n".join(contracts["contracts"][0]["layers"])
+    page = (TREE / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    assert f"```text\n{layers}\n```" in page

@@ -1,5 +1,6 @@
 """Somebody else's function steers, whatever it is written with."""
 
+import re
 import sys
 
 import jax
@@ -111,6 +112,24 @@ def test_no_viewer_and_no_log_can_name_code_to_run(trap, tmp_path):
     with pytest.raises(InputError, match="neither a function nor a pilot"):
         pilot_named("trap:steer")  # who starts a command may
     assert trap.exists()
+
+
+@pytest.mark.parametrize(
+    ("members", "line"),
+    [
+        ("def decide(self, o, m): return 0.0, m", "decide must return (Decision"),
+        ("def decide(self, o, m): return nothing", "fails on an observation"),
+        ("def elsewhere(self): pass", "which has decide too"),
+    ],
+)
+def test_an_object_that_is_no_pilot_says_what_it_lacks(members, line, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(
+        f"class P:\n    name = 'p'\n    def start(self): return ()\n    {members}\np = P()\n"
+    )
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
+    with pytest.raises(InputError, match=re.escape(line)):
+        pilot_named("mine:p")
 
 
 @pytest.mark.parametrize("code", ["1/0", "def", "raise SyntaxError('x')", "import nowhere"])

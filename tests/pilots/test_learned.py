@@ -86,8 +86,12 @@ def test_an_unknown_pilot_is_answered_with_the_known_ones(monkeypatch, tmp_path)
     one_line(caught)
     assert registry.pilot_named("bundled-one").name == "bundled-one"
     assert isinstance(registry.pilot_named("straight"), StraightPilot)
-    with pytest.raises(InputError, match="unknown pilot 'straight': choose one of bundled-one"):
+    with pytest.raises(InputError, match="unknown pilot 'nobody': choose one of bundled-one"):
+        registry.load("nobody")
+    with pytest.raises(InputError, match=r"'straight' is no learned one: glasshelm.pilot"):
         registry.load("straight")
+    with pytest.raises(InputError, match="can only be evaluated"):
+        registry.pilot_named("paper-clairvoyant")
 
 
 def test_a_ship_has_a_default_pilot(monkeypatch, tmp_path):
@@ -150,7 +154,7 @@ def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
     write_weights(path, **{f"other_{name}": part for name, part in described.items()})
     pilot = glasshelm.load(path)
     assert pilot.trained.encounters == PAPER
-    assert pilot.trained.world == env
+    assert pilot.trained.env == env
 
 
 @pytest.mark.slow

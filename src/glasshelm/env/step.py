@@ -31,7 +31,7 @@ class EnvSettings:
 
 
 class EnvState(eqx.Module):
-    """One world at one instant. ``leg`` is the waypoint of the route steered for."""
+    """The environment at one instant. ``leg`` is the waypoint of the route steered for."""
 
     own: ShipState
     step: Int[Array, ""]

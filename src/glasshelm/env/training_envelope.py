@@ -33,7 +33,7 @@ class TrainingEnvelope:
 
     ship: ShipParams = SHIPS["paper"]
     encounters: RandomEncounters = WIDE
-    world: EnvSettings = dataclasses.field(default_factory=EnvSettings)
+    env: EnvSettings = dataclasses.field(default_factory=EnvSettings)
 
     @property
     def farthest_target_m(self) -> float:
@@ -46,8 +46,8 @@ class TrainingEnvelope:
     def waypoint_m(self) -> tuple[float, float]:
         """The waypoint's distances in training: from the end of an episode to its start."""
         near, far = self.encounters.waypoint_m
-        run = float(self.ship.speed_m_s) * self.world.episode_steps * self.world.step_s
-        return max(near - run, self.world.arrival_m), far
+        run = float(self.ship.speed_m_s) * self.env.episode_steps * self.env.step_s
+        return max(near - run, self.env.arrival_m), far
 
 
 def outside_training(

@@ -65,13 +65,13 @@ def split_into_jobs(
     """
     steps = np.asarray(suite.cases.steps)
     order = np.argsort(steps, kind="stable")
-    worlds = min(chunk, suite.size)
+    size = min(chunk, suite.size)
     code = code_digest()
     for seed, pilot in enumerate(contender.pilots):
         prefix = f"{code} {pilot_digest(pilot)}"
-        for first in range(0, suite.size, worlds):
-            indices = order[first : first + worlds]
-            padding = np.full(worlds - len(indices), indices[0])
+        for first in range(0, suite.size, size):
+            indices = order[first : first + size]
+            padding = np.full(size - len(indices), indices[0])
             cases = suite.take(np.concatenate([indices, padding]))
             longest = int(steps[indices].max())
             key = _key(f"{prefix} {longest}", cases)

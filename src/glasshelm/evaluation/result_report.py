@@ -41,7 +41,7 @@ def markdown_report(evaluation: EvaluationResult, against: Sequence[str]) -> str
         if suite.size > 100 and len(counts) > 1:
             parts.append(_by_ships(counts, contenders, evaluation))
         parts.append(_ratios(contenders, against, evaluation))
-        parts.append(_table("Way and helm", _WAY, contenders, evaluation))
+        parts.append(_table("Way and rudder", _WAY, contenders, evaluation))
         parts.append(_rules(contenders, evaluation))
     parts.append(_timings(evaluation))
     return "\n\n".join(part for part in parts if part) + "\n"

@@ -31,12 +31,12 @@ def replay_cases(one: SuiteResult, which: np.ndarray) -> Iterator[list[Frame]]:
     """
     if len(which) == 0:
         return
-    worlds = max(min(CHUNK, one.suite.size), len(which))
-    filled = np.resize(which, worlds)
+    size = max(min(CHUNK, one.suite.size), len(which))
+    filled = np.resize(which, size)
     cases = jax.tree.map(jnp.asarray, one.suite.take(filled))
     steps = int(np.asarray(cases.steps).max())
-    helm = policy_for(one.contender.pilots[one.seed], cases)
-    places = jax.device_get(rollout_tracks(helm, cases, steps))
+    policy = policy_for(one.contender.pilots[one.seed], cases)
+    places = jax.device_get(rollout_tracks(policy, cases, steps))
     for k, number in enumerate(which):
         case = jax.tree.map(lambda x, k=k: x[k], cases)
         last = round(float(one.columns["time_s"][number]) / SETTINGS.step_s)

@@ -19,7 +19,7 @@ from glasshelm.explanation.shapley import MAX_PADDED_EXACT, leave_one_out, shapl
 from glasshelm.explanation.step_explanation import Explanation, ManoeuvreExplanation
 from glasshelm.networks.critics import QValues
 from glasshelm.planning.manoeuvres import Manoeuvres
-from glasshelm.planning.simulated_critic import ManoeuvreCosts, sail
+from glasshelm.planning.simulated_critic import ManoeuvreCosts, simulate_manoeuvres
 from glasshelm.planning.situation import rudder_towards, situation_of
 from glasshelm.ship.nomoto import ShipParams
 
@@ -161,7 +161,7 @@ def last_safe_s(
     keep = jnp.broadcast_to(-at.bearing_rad, delay.shape)
     until_the_end = jnp.full(delay.shape, costs.horizon_s)
     manoeuvres = Manoeuvres(keep, jnp.asarray(delay), keep + alteration, until_the_end)
-    _, met = sail(manoeuvres, at, ship, costs)
+    _, met = simulate_manoeuvres(manoeuvres, at, ship, costs)
     safe = jnp.ones(delay.shape, bool)
     for there, ahead in zip(observation.present, met, strict=True):
         safe &= ~there | (ahead.margin <= 0.0)

@@ -1,15 +1,15 @@
 """Any number of ships through one network: padded slots, or packed rows.
 
-A batch of worlds holds 0-6 ships each; half of its slots are empty. A network
+A batch of scenes holds 0-6 ships each; half of its slots are empty. A network
 sees ships as *rows*. :class:`Padded` makes a row of every slot and masks;
 :class:`Packed` makes rows of the ships that are there, so that no matrix
 product is spent on nobody. Networks are written once against these verbs:
 
 * ``to_rows(x)``    slots → rows
-* ``broadcast(a)``  one value a world → the rows of its ships
-* ``sum_ships(y)``  rows → their sum over the ships of each world (transpose of ``broadcast``)
-* ``softmax(y)``    over the ships of each world
-* ``pairs(u, v)``   u_i + v_j for all ordered pairs of ships of a world
+* ``broadcast(a)``  one value a scene → the rows of its ships
+* ``sum_ships(y)``  rows → their sum over the ships of each scene (transpose of ``broadcast``)
+* ``softmax(y)``    over the ships of each scene
+* ``pairs(u, v)``   u_i + v_j for all ordered pairs of ships of a scene
 * ``sum_pairs(y)``  pairs → rows, the sum over j
 * ``to_slots(y)``   rows → slots, zero where there is no ship
 """
@@ -61,9 +61,9 @@ class _Packing(eqx.Module):
 
 
 def _pack(mask: Bool[Array, "w n"], capacity: int) -> _Packing:
-    worlds, slots = mask.shape
+    scenes, slots = mask.shape
     flat = jnp.nonzero(mask.reshape(-1), size=capacity, fill_value=0)[0]
-    order = (jnp.cumsum(mask.reshape(-1)) - 1).reshape(worlds, slots)
+    order = (jnp.cumsum(mask.reshape(-1)) - 1).reshape(scenes, slots)
     filled = mask & (order < capacity)
     return _Packing(flat, flat // slots, jnp.clip(order, 0, capacity - 1), filled)
 
@@ -73,10 +73,10 @@ def _row_sums(y: Float[Array, "r d"], p: _Packing) -> Float[Array, "w d"]:
 
 
 def _pair_slots(y: Float[Array, "p d"], pairs: _Packing) -> Float[Array, "w n n d"]:
-    worlds, square = pairs.filled.shape
+    scenes, square = pairs.filled.shape
     slots = round(square**0.5)
     padded = jnp.where(pairs.filled[..., None], y[pairs.place], 0.0)
-    return padded.reshape(worlds, slots, slots, -1)
+    return padded.reshape(scenes, slots, slots, -1)
 
 
 # The transpose of a gather is a scatter, which is slow. Every gather here has a
@@ -152,7 +152,7 @@ def _pair_rows(ships: _Packing, pairs: _Packing) -> tuple[Int[Array, " p"], Int[
 class Packed(eqx.Module):
     """The ships that are there, in order: shapes [rows, ...].
 
-    ``capacity`` rows are kept; worlds whose ships do not all fit are marked by
+    ``capacity`` rows are kept; scenes whose ships do not all fit are marked by
     ``complete`` (they come last) and must be left out of a mean.
     """
 
@@ -166,14 +166,14 @@ class Packed(eqx.Module):
         capacity: int,
         pair_capacity: int | None = None,
     ):
-        worlds, slots = present.shape
+        scenes, slots = present.shape
         self.present = present
         self._ships = _pack(present, capacity)
         self._pairs = None
         if pair_capacity is not None:
             filled = self._ships.filled
             both = filled[:, :, None] & filled[:, None, :]
-            self._pairs = _pack(both.reshape(worlds, slots * slots), pair_capacity)
+            self._pairs = _pack(both.reshape(scenes, slots * slots), pair_capacity)
 
     @property
     def complete(self) -> Bool[Array, " w"]:

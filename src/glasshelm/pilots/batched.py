@@ -18,10 +18,10 @@ class BatchedPilot(eqx.Module):
 
     pilot: Pilot
 
-    def start(self, worlds: int) -> Memory:
+    def start(self, size: int) -> Memory:
         """The memories before the first decision."""
         return jax.tree.map(
-            lambda x: jnp.broadcast_to(x, (worlds, *jnp.shape(x))), self.pilot.start()
+            lambda x: jnp.broadcast_to(x, (size, *jnp.shape(x))), self.pilot.start()
         )
 
     def __call__(

@@ -54,8 +54,8 @@ class Playback(eqx.Module):
 
     rudders: Float[Array, "w t"]
 
-    def start(self, worlds: int) -> Int[Array, ""]:
-        """Nothing steered yet; all worlds are in step."""
+    def start(self, size: int) -> Int[Array, ""]:
+        """Nothing steered yet; all encounters are in step."""
         return jnp.zeros((), jnp.int32)
 
     def __call__(
@@ -116,7 +116,7 @@ ORACLE_PILOTS = {
 @partial(jax.jit, static_argnames="steps")
 def record(pilot: Pilot, known: KnownEncounter, steps: int) -> Float[Array, "w t"]:
     """The rudders of a pilot in each encounter, as fractions of the limit."""
-    helm, size = BatchedPilot(pilot), known.steps.shape[0]
+    policy, size = BatchedPilot(pilot), known.steps.shape[0]
 
     def proceed(known: KnownEncounter, state, action: Float[Array, ""]):
         rudder = action * known.ship.rudder_limit_rad
@@ -126,11 +126,11 @@ def record(pilot: Pilot, known: KnownEncounter, steps: int) -> Float[Array, "w t
 
     def go(carry, _):
         state, memory = carry
-        action, memory = helm(state.observation, memory)
+        action, memory = policy(state.observation, memory)
         return (jax.vmap(proceed)(known, state, action), memory), action
 
     states = jax.vmap(lambda k: reset(k.encounter, k.ship))(known)
-    _, actions = jax.lax.scan(go, (states, helm.start(size)), None, length=steps)
+    _, actions = jax.lax.scan(go, (states, policy.start(size)), None, length=steps)
     return actions.T
 
 
@@ -143,7 +143,7 @@ def _search(
 ) -> Float[np.ndarray, "w t"]:
     """Rudders for ``_CHUNK`` encounters."""
     starts = jnp.stack([record(p, chunk, steps) for p in pilots])
-    bases = _sailed(chunk, starts)
+    bases = _rolled_out(chunk, starts)
     found = improve_all(chunk, _best(chunk, bases, settings), key, settings)
     hard = np.flatnonzero(np.asarray(found.margin) > -settings.clear)
     rudders = np.array(found.rudder_rad)
@@ -156,16 +156,16 @@ def _search(
         base = jax.tree.map(lambda x, w=w, m=m: x[m, w], bases)
         tried = improve_all(_take(chunk, w), base, jax.random.fold_in(key, 1), settings)
         values = _value(_take(chunk, w), tried, settings)
-        for i, (world, _) in enumerate(batch):
-            if values[i] > best[world][0]:
-                best[world] = (values[i], tried.rudder_rad[i])
-    for world, (_, rudder) in best.items():
-        rudders[world] = rudder
+        for i, (which, _) in enumerate(batch):
+            if values[i] > best[which][0]:
+                best[which] = (values[i], tried.rudder_rad[i])
+    for which, (_, rudder) in best.items():
+        rudders[which] = rudder
     return rudders / np.asarray(chunk.ship.rudder_limit_rad)[:, None]
 
 
 @jax.jit
-def _sailed(chunk: KnownEncounter, starts: Float[Array, "m w t"]) -> Rollout:
+def _rolled_out(chunk: KnownEncounter, starts: Float[Array, "m w t"]) -> Rollout:
     one = jax.vmap(lambda k, r: rollout_rudders(k, r * k.ship.rudder_limit_rad))
     return jax.vmap(lambda r: one(chunk, r))(starts)
 

@@ -1,4 +1,4 @@
-"""Pilots that think in courses: a rule chooses one now and then, the helmsman steers it."""
+"""Pilots that think in courses: a rule chooses one now and then, the autopilot steers it."""
 
 import dataclasses
 from collections.abc import Callable

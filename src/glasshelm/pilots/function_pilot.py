@@ -2,7 +2,7 @@
 
 ``package.module:function`` takes an :class:`Observation` and returns the rudder
 as a fraction of the limit. A function that JAX can trace is compiled with the
-world; any other (numpy, another library) is called back for each observation.
+environment; any other (numpy, another library) is called back for each observation.
 """
 
 import hashlib

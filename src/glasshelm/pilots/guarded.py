@@ -124,7 +124,7 @@ class GuardedPilot(eqx.Module):
         return jnp.where(engaged, planned, own), GuardState(engaged, offset, memory.age + 1)
 
     def _look(self, observation: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
-        """In which worlds the guard takes the helm, and on which course; planned only if in any."""
+        """In which encounters the guard takes over, and on which course; planned only if in any."""
         engaged = jnp.isfinite(jax.vmap(self._look_ahead)(observation).within_s)
         offset = jax.lax.cond(
             engaged.any(),

@@ -85,7 +85,7 @@ def _trained(header: dict[str, Any]) -> TrainingEnvelope:
         trained = dataclasses.replace(trained, encounters=encounters)
     if header.get("env") is not None:
         trained = dataclasses.replace(
-            trained, world=_convert(EnvSettings, "env", _part(header, "env"))
+            trained, env=_convert(EnvSettings, "env", _part(header, "env"))
         )
     return trained
 

@@ -115,7 +115,7 @@ class TrainedPilot(Pilot, Protocol):
 class BatchPolicy(Protocol):
     """What steers a batch of encounters that are in step with each other."""
 
-    def start(self, worlds: int) -> Memory:
+    def start(self, size: int) -> Memory:
         """The memory of all before the first decision."""
         ...
 

@@ -22,7 +22,7 @@ from jaxtyping import Array, Bool, Float
 from glasshelm.core.geometry import Vector, direction, norm, velocity, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.pilots.course_pilot import CourseMethod
-from glasshelm.planning.manoeuvres import PredictedOwn, sail_ahead
+from glasshelm.planning.manoeuvres import PredictedOwn, predict_step
 from glasshelm.planning.situation import Situation, situation_of
 from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import ShipParams
@@ -58,7 +58,7 @@ def scenario_costs(
 ) -> tuple[Float[Array, " c"], Float[Array, " c"]]:
     """The offsets [rad] and what each costs."""
     offsets = jnp.radians(jnp.asarray(settings.offsets_deg))
-    helm, tau = autopilot_for(ship), settings.step_s
+    autopilot, tau = autopilot_for(ship), settings.step_s
     zero = jnp.zeros_like(offsets)
     start = PredictedOwn.here(at.rate_of_turn_rad_s, offsets.size)
 
@@ -66,7 +66,7 @@ def scenario_costs(
         carry: tuple[PredictedOwn, Array], time: Float[Array, ""]
     ) -> tuple[tuple[PredictedOwn, Array], None]:
         ahead, worst = carry
-        moved = sail_ahead(ahead, at.bearing_rad + offsets, helm, ship, tau)
+        moved = predict_step(ahead, at.bearing_rad + offsets, autopilot, ship, tau)
         for i in range(at.position.x.shape[0]):
             there = Vector(
                 at.position.x[i] + at.velocity.x[i] * time - moved.x,

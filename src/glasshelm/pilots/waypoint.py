@@ -11,7 +11,7 @@ from glasshelm.ship.nomoto import ShipParams
 def waypoint_course(
     observation: Observation, offset_rad: Float[Array, ""], ship: ShipParams, settings: None
 ) -> Float[Array, ""]:
-    """The bearing of the waypoint: no offset. The helmsman's PD law does the rest."""
+    """The bearing of the waypoint: no offset. The autopilot's PD law does the rest."""
     return jnp.zeros_like(offset_rad)
 
 

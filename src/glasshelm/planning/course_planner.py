@@ -19,7 +19,7 @@ from glasshelm.core.geometry import Vector, direction, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.env.rewards import course_reward
 from glasshelm.env.step import EnvSettings
-from glasshelm.planning.manoeuvres import ManoeuvreTable, PredictedOwn, sail_ahead
+from glasshelm.planning.manoeuvres import ManoeuvreTable, PredictedOwn, predict_step
 from glasshelm.planning.simulated_critic import ManoeuvreCosts
 from glasshelm.planning.situation import Situation, rudder_towards, situation_of
 from glasshelm.ship.autopilot import autopilot_for
@@ -85,7 +85,7 @@ def _worth(
     loop over the manoeuvres for the compiler, four times as fast.
     """
     offset, until, offset2, duration2 = table.T
-    helm, tau = autopilot_for(ship), settings.step_s
+    autopilot, tau = autopilot_for(ship), settings.step_s
 
     def go(
         carry: tuple[PredictedOwn, ManoeuvreCost], time: Float[Array, ""]
@@ -93,7 +93,7 @@ def _worth(
         ahead, met = carry
         altered = jnp.where(time < until, offset, jnp.where(time < until + duration2, offset2, 0.0))
         course = jnp.where(altered == 0.0, met.bearing, at.bearing_rad + altered)
-        moved = sail_ahead(ahead, course, helm, ship, tau)
+        moved = predict_step(ahead, course, autopilot, ship, tau)
         return (moved, _meet(moved, met, time + tau, at, ship, settings)), None
 
     zero = jnp.zeros_like(offset)

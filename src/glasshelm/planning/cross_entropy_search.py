@@ -2,7 +2,7 @@
 
 Cross-entropy search (Rubinstein 1999) over alterations of the course of a voyage
 that somebody has sailed: the alteration is a broken line over time, steered by
-the helmsman on top of the rudders of that voyage. No alteration is that voyage
+the autopilot on top of the rudders of that voyage. No alteration is that voyage
 itself, so what is found is never worse. It knows every ship's true track and is
 no pilot: it is the limit that pilots are measured against.
 """
@@ -100,14 +100,14 @@ def rollout_altered(
 
     It ends after ``known.steps``, or where the last waypoint is reached.
     """
-    ship, helm = known.ship, autopilot_for(known.ship)
+    ship, autopilot = known.ship, autopilot_for(known.ship)
     number = jnp.arange(base.rudder_rad.shape[0])
     motions = jax.vmap(lambda n: targets_at(known.encounter, (n + 1) * _WORLD.step_s))(number)
 
     def go(at: _Ship, given: tuple[Float[Array, " 4"], Motion, Int[Array, ""]]):
         (rudder, heading, rate, alteration), motion, n = given
         error = alteration + heading - at.own.heading_rad
-        change = helm.rudder_rad(error, at.own.rate_of_turn_rad_s - rate)
+        change = autopilot.rudder_rad(error, at.own.rate_of_turn_rad_s - rate)
         command = jnp.clip(rudder + change, -ship.rudder_limit_rad, ship.rudder_limit_rad)
         out = (command, at.own.heading_rad, at.own.rate_of_turn_rad_s)
         own = advance(at.own, command, ship, _WORLD.step_s)

@@ -19,7 +19,7 @@ from glasshelm.ship.nomoto import ShipParams, ShipState
 HOLD_STEPS = 3
 
 
-#: A world, and whether its waypoint was reached.
+#: A state, and whether its waypoint was reached.
 _Carry = tuple[EnvState, Bool[Array, ""]]
 
 

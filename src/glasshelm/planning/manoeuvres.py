@@ -113,7 +113,7 @@ class PredictedOwn(eqx.Module):
         return Vector(x * self.way.y - y * self.way.x, x * self.way.x + y * self.way.y)
 
 
-def sail_manoeuvres(
+def predict_manoeuvres(
     ahead: PredictedOwn,
     bearing_rad: Float[Array, " c"],
     manoeuvres: Manoeuvres,
@@ -130,18 +130,22 @@ def sail_manoeuvres(
     second = jnp.where(time_s < m.duration_s + m.then_duration_s, m.then_offset_rad, 0.0)
     altered = jnp.where(time_s < m.duration_s, m.offset_rad, second)
     course = jnp.where(altered == 0.0, bearing_rad, at.bearing_rad + altered)
-    return sail_ahead(ahead, course, autopilot_for(ship), ship, tau_s)
+    return predict_step(ahead, course, autopilot_for(ship), ship, tau_s)
 
 
-def sail_ahead(
-    ahead: PredictedOwn, course: Float[Array, " c"], helm: Autopilot, ship: ShipParams, tau_s: float
+def predict_step(
+    ahead: PredictedOwn,
+    course: Float[Array, " c"],
+    autopilot: Autopilot,
+    ship: ShipParams,
+    tau_s: float,
 ) -> PredictedOwn:
     """One step towards a course: Eq. 6 exactly for a constant rudder, Eq. 7 along the arc.
 
     The run over ground is the mean of both ways, lengthened from that of a chord's ends
     to the chord's (by Δψ²/12): one sine a step instead of two.
     """
-    rudder = helm.rudder_rad(wrap_angle(course - ahead.heading), ahead.rate)
+    rudder = autopilot.rudder_rad(wrap_angle(course - ahead.heading), ahead.rate)
     lag = ship.time_constant_s
     decay = jnp.exp(-tau_s / lag)
     steady = ship.gain_1_s * rudder

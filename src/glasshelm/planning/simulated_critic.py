@@ -1,4 +1,4 @@
-"""The simulated critic: what every manoeuvre brings, by sub-task and by ship, sailed ahead.
+"""The simulated critic: what every manoeuvre brings, by sub-task and by ship, simulated ahead.
 
     Q(s, m) = Q_wp(s_wp, m) + Q_helm(m) + Σ_i Q_ca(s_i, m)
 
@@ -23,7 +23,7 @@ from glasshelm.planning.manoeuvres import (
     Manoeuvres,
     ManoeuvreTable,
     PredictedOwn,
-    sail_manoeuvres,
+    predict_manoeuvres,
 )
 from glasshelm.planning.situation import Situation, situation_of
 from glasshelm.ship.domain import danger_unclipped
@@ -89,7 +89,7 @@ class Encountered(eqx.Module):
 
 
 class SimulatedCritic(eqx.Module):
-    """Values manoeuvres by sailing them ahead."""
+    """Values manoeuvres by simulating them."""
 
     table: ManoeuvreTable = eqx.field(static=True, default=ManoeuvreTable())
     costs: ManoeuvreCosts = eqx.field(static=True, default=ManoeuvreCosts())
@@ -112,7 +112,7 @@ class SimulatedCritic(eqx.Module):
     def value(self, manoeuvres: Manoeuvres, observation: Observation, ship: ShipParams) -> QValues:
         """The same of any manoeuvres, be they in the table or not."""
         at = situation_of(observation, ship)
-        waypoint, met = sail(manoeuvres, at, ship, self.costs)
+        waypoint, met = simulate_manoeuvres(manoeuvres, at, ship, self.costs)
         by_ship = [m.value(ship.loa_m, self.costs) for m in met]
         values = jnp.stack(by_ship, -1) if by_ship else jnp.zeros((waypoint.size, 0))
         return QValues(
@@ -122,10 +122,10 @@ class SimulatedCritic(eqx.Module):
         )
 
 
-def sail(
+def simulate_manoeuvres(
     manoeuvres: Manoeuvres, at: Situation, ship: ShipParams, costs: ManoeuvreCosts
 ) -> tuple[Float[Array, " c"], tuple[Encountered, ...]]:
-    """Sail every manoeuvre ahead: Q_wp (Eq. 17), and what is met of each ship.
+    """Simulate every manoeuvre: Q_wp (Eq. 17), and what is met of each ship.
 
     Targets are taken one by one, not as an axis: a step is then one loop over the manoeuvres
     for the compiler, several times as fast.
@@ -135,7 +135,7 @@ def sail(
 
     def step(carry, time: Float[Array, ""]):
         ahead, bearing, waypoint, met = carry
-        ahead = sail_manoeuvres(ahead, bearing, manoeuvres, time, at, ship, tau)
+        ahead = predict_manoeuvres(ahead, bearing, manoeuvres, time, at, ship, tau)
         bearing = ahead.bearing_of(at.waypoint)
         waypoint = waypoint + course_reward(wrap_angle(bearing - ahead.heading))
         x, y = (p + v * (time + tau) for p, v in zip(at.position, at.velocity, strict=True))

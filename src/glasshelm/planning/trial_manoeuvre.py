@@ -14,7 +14,7 @@ from glasshelm.ship.autopilot import MIN_TIME_CONSTANT_S
 from glasshelm.ship.nomoto import ShipParams
 
 #: Share of Nomoto's T by which a turn comes late (fitted to turns of 10 to 120 degrees under the
-#: helmsman: within 30 s of delay for both preset ships).
+#: autopilot: within 30 s of delay for both preset ships).
 _LAG = 0.9
 
 

@@ -1,4 +1,4 @@
-"""The helmsman: from a course to a rudder, for pilots that think in courses."""
+"""The autopilot: from a course to a rudder, for pilots that think in courses."""
 
 import dataclasses
 
@@ -26,12 +26,12 @@ class Autopilot:
         return jnp.clip(wanted, -self.limit_rad, self.limit_rad)
 
 
-#: No helmsman is faster than this: commands may be held for 15 s.
+#: No autopilot is faster than this: commands may be held for 15 s.
 MIN_TIME_CONSTANT_S = 20.0
 
 
 def autopilot_for(ship: ShipParams) -> Autopilot:
-    """The helmsman who brings a ship to a new course without overshoot (critically damped).
+    """The autopilot that brings a ship to a new course without overshoot (critically damped).
 
     With Eq. 6 the course error obeys T·ë + (1 + K·D)·ė + K·P·e = 0. Both roots
     are −1/τ with P = T/(K·τ²) and D = (2·T/τ − 1)/K; τ is somewhat less than

@@ -60,7 +60,7 @@ class Memoryless(eqx.Module):
 
     actor: Policy
 
-    def start(self, worlds: int) -> Memory:
+    def start(self, size: int) -> Memory:
         return ()
 
     def __call__(

@@ -23,7 +23,7 @@ class LoggedVoyage:
         self.checkpoints: list[VoyageCheckpoint] = []
         self._log_dir = log_dir
 
-    def sail_to(self, number: int) -> bool:
+    def advance_to(self, number: int) -> bool:
         """Simulate up to that frame; return whether the voyage gets there."""
         while len(self.log) <= number:
             checkpoint = self.voyage.place
@@ -51,7 +51,7 @@ class LoggedVoyage:
             other.checkpoints = self.checkpoints[:number]
             for k in range(number):
                 other.log.append(self.log.frame(k))
-            other.sail_to(number)
+            other.advance_to(number)
         except BaseException:
             if other is not None:
                 other.log.close()
@@ -102,20 +102,20 @@ class SimulatedSession(Session):
 
     def next_frame(self) -> Frame | None:
         number = self.index + 1
-        if not self._main.sail_to(number):
+        if not self._main.advance_to(number):
             return None
         if self._compared is not None:
-            self._compared.sail_to(number)
+            self._compared.advance_to(number)
         frame = self.log.frame(number)
         self.index = number
         return frame
 
     def seek(self, time_s: float) -> None:
         number = int(time_s / self.step_s + 1e-6)
-        self._main.sail_to(number)
+        self._main.advance_to(number)
         number = min(number, len(self.log) - 1)
         if self._compared is not None:
-            self._compared.sail_to(number)
+            self._compared.advance_to(number)
         self.index = number
 
     def set_pilot(self, pilot: Pilot) -> None:
@@ -128,7 +128,7 @@ class SimulatedSession(Session):
         if pilot is not None:
             compared = LoggedVoyage(self._voyage(pilot), self._log_dir)
             try:
-                compared.sail_to(self.index)
+                compared.advance_to(self.index)
             except BaseException:
                 compared.log.close()
                 raise
