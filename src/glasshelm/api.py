@@ -138,7 +138,7 @@ def train(
         KeyboardInterrupt: It was interrupted; the folder can be resumed.
     """
     from glasshelm.core.terminal import Terminal
-    from glasshelm.training.config import override, preset_named
+    from glasshelm.training.config import preset_named, with_settings
     from glasshelm.training.trainer import BEST_FILE, TrainerSettings
     from glasshelm.training.trainer import train as train_in
     from glasshelm.training.training_progress import TrainingProgress
@@ -148,7 +148,9 @@ def train(
     if resume:
         _, config = read_position(folder)
     else:
-        config = override(dataclasses.replace(preset_named(preset), seed=seed), tuple(settings))
+        config = with_settings(
+            dataclasses.replace(preset_named(preset), seed=seed), tuple(settings)
+        )
     with TrainingProgress(Terminal(stderr=True)) as progress:
         if not train_in(config, folder, TrainerSettings(minutes), resume, progress):
             raise KeyboardInterrupt

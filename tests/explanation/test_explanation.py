@@ -10,7 +10,7 @@ from tests.untrained import observation, untrained
 import glasshelm
 from glasshelm.env.observe import DISTANCE_M, SPEED_M_S, TIME_S, Observation
 from glasshelm.env.padding import bucket_size, pad_observation
-from glasshelm.explanation.actor_explanation import explain
+from glasshelm.explanation.actor_explanation import explain_rudder
 from glasshelm.explanation.danger_zero import RANGE_M, far_ship, far_value
 from glasshelm.explanation.shapley import (
     MAX_PADDED_EXACT,
@@ -21,7 +21,7 @@ from glasshelm.explanation.shapley import (
 from glasshelm.pilots.decide import Selection, _in_slots
 
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
-jitted = eqx.filter_jit(explain)
+jitted = eqx.filter_jit(explain_rudder)
 critic_at = eqx.filter_jit(lambda critic, seen, action: critic(seen, action))
 
 
@@ -119,7 +119,7 @@ def test_what_a_pilot_lacks_is_absent():
     assert why.attention is None
     assert why.intention is None
     blind = untrained("attention", critic=False)
-    why = explain(blind.actor, None, seen, jnp.asarray(0.1))
+    why = explain_rudder(blind.actor, None, seen, jnp.asarray(0.1))
     assert why.value is why.priority is why.far is why.sweep is why.intention is None
     assert why.attention.shape == (4,)
 
@@ -175,7 +175,7 @@ def test_slots_double():
 def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
     seen = jax.tree.map(jnp.asarray, pad_observation(observation(ships), slots))
     pilot = untrained(kind)
-    why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
+    why = jax.jit(explain_rudder)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
     exact = shapley_by_ship("rudder", pilot.actor, pilot.critic, observation(ships), 1.0)
     np.testing.assert_allclose(why.rudder_shapley.by_ship[:ships], exact.by_ship, atol=1e-5)
     np.testing.assert_allclose(why.rudder_shapley.pairs[:ships, :ships], exact.pairs, atol=1e-5)
@@ -191,7 +191,7 @@ def test_live_shares_are_the_exact_ones_whatever_the_slots(kind, ships, slots):
 @pytest.mark.slow
 def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
     pilot, seen = untrained("sum"), jax.tree.map(jnp.asarray, observation(14))
-    why = jax.jit(explain)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
+    why = jax.jit(explain_rudder)(pilot.actor, pilot.critic, seen, pilot.actor(seen))
     exact = exact_shapley(value_function("rudder", pilot.actor, None, seen, 1.0), 14)
     assert (why.rudder_shapley.error > 0).all()
     assert (
@@ -206,7 +206,7 @@ def test_beyond_twelve_ships_shares_are_sampled_and_say_how_well():
 
 def test_what_one_ship_changes_is_the_rudder_without_her():
     pilot, seen = untrained("attention"), jax.tree.map(jnp.asarray, observation(4))
-    why = explain(pilot.actor, pilot.critic, seen, pilot.actor(seen))
+    why = explain_rudder(pilot.actor, pilot.critic, seen, pilot.actor(seen))
     for i in range(4):
         others = eqx.tree_at(lambda o: o.present, seen, seen.present.at[i].set(False))
         changed = pilot.actor(seen) - pilot.actor(others)

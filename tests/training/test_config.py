@@ -8,8 +8,8 @@ from glasshelm.training.config import (
     PRESETS,
     config_from_dict,
     config_to_dict,
-    override,
     preset_named,
+    with_settings,
 )
 from glasshelm.training.ddpg import packed_size
 
@@ -42,7 +42,7 @@ def test_a_configuration_survives_json(name):
 
 
 def test_any_field_can_be_set():
-    config = override(
+    config = with_settings(
         preset_named("paper"),
         ("ddpg.batch_size=64", "actor_sizes.head=[8, 4]", "critic_sizes.lens=fine", "seed=3"),
     )
@@ -64,7 +64,7 @@ def test_any_field_can_be_set():
 )
 def test_bad_settings_are_named(setting, words):
     with pytest.raises(InputError, match=words):
-        override(preset_named("paper"), (setting,))
+        with_settings(preset_named("paper"), (setting,))
 
 
 def test_unknown_preset():

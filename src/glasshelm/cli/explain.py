@@ -5,7 +5,7 @@ from typing import Annotated
 
 import tyro
 
-from glasshelm.cli.voyage_options import Voyage, read_log
+from glasshelm.cli.voyage_options import Voyage, logged_frames
 
 
 def run(
@@ -44,7 +44,7 @@ def run(
             raise InputError(
                 f"{voyage.source}: a log is explained as it is; leave out {', '.join(ignored)}"
             )
-        frames = read_log(Path(voyage.source))
+        frames = logged_frames(Path(voyage.source))
         if voyage.sensor_errors is not None:
             errors = parse_error_bounds(voyage.sensor_errors)
             frames = list(with_bands(frames, pilot_of(frames[0]), errors))

@@ -48,7 +48,7 @@ def run(
     from glasshelm.core.errors import InputError
     from glasshelm.core.terminal import Terminal
     from glasshelm.ship.nomoto import ship_named
-    from glasshelm.training.config import override, preset_named
+    from glasshelm.training.config import preset_named, with_settings
     from glasshelm.training.trainer import BEST_FILE, FINAL_FILE, TrainerSettings, train
     from glasshelm.training.training_progress import TrainingProgress
     from glasshelm.training.training_state import read_position
@@ -57,10 +57,10 @@ def run(
     options = {name: value for name, value in options.items() if value is not None}
     if resume:
         _, config = read_position(out)
-        if override(dataclasses.replace(config, **options), overrides) != config:
+        if with_settings(dataclasses.replace(config, **options), overrides) != config:
             raise InputError(f"{out}: started with other settings; --resume takes none")
     else:
-        config = override(dataclasses.replace(preset_named(preset), **options), overrides)
+        config = with_settings(dataclasses.replace(preset_named(preset), **options), overrides)
     ship_named(config.ship)
     console = Terminal(stderr=False)
     console.say(

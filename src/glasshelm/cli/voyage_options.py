@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class PilotOptions:
     pilot: str | None = None
     """A bundled pilot (default: the ship's), straight, one without weights by ship and method
-    (paper-planner, large-ship-cpa), or a .safetensors file; add -guarded to a learned pilot to put
-    it under guard (paper-sum-guarded)."""
+    (paper-glassbox, large-ship-cpa), a .safetensors file, or package.module:function, whose code is
+    run; add -guarded to a learned pilot to put it under guard (paper-sum-guarded)."""
     ship: str | None = None
     """Own ship's model: paper or large_ship (default: the pilot's, or else paper)."""
     own: str | None = None
@@ -68,12 +68,12 @@ Pilots = Annotated[PilotOptions, tyro.conf.arg(name="")]
 Voyage = Annotated[VoyageOptions, tyro.conf.arg(name="")]
 
 
-def read_log(path: Path) -> "list[Frame]":
+def logged_frames(path: Path) -> "list[Frame]":
     """Read the frames of a log. InputError if there are none."""
     from glasshelm.core.errors import InputError
-    from glasshelm.frames.frame_log import read_log as read_frames
+    from glasshelm.frames.frame_log import read_log
 
-    frames = list(read_frames(path))
+    frames = list(read_log(path))
     if not frames:
         raise InputError(f"{path}: no frame in it; it was cut off, or is not a log")
     return frames

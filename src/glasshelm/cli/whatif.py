@@ -5,7 +5,7 @@ from typing import Annotated
 
 import tyro
 
-from glasshelm.cli.voyage_options import read_log
+from glasshelm.cli.voyage_options import logged_frames
 
 _SHIPS = tyro.conf.arg(metavar="SHIP ...")
 
@@ -49,7 +49,7 @@ def run(
     from glasshelm.whatif.futures_table import futures_table
     from glasshelm.whatif.logged_world import frame_at, pilot_of
 
-    frames = read_log(log)
+    frames = logged_frames(log)
     number = frame_at(frames, at)
     if out is not None:
         writable_folder(out)

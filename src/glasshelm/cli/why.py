@@ -5,7 +5,7 @@ from typing import Annotated
 
 import tyro
 
-from glasshelm.cli.voyage_options import read_log
+from glasshelm.cli.voyage_options import logged_frames
 
 
 def run(
@@ -38,7 +38,7 @@ def run(
 
     if not 0.0 <= course <= 360.0:
         raise InputError(f"--course {course:g}: a true course from 0 to 360 degrees")
-    frames = read_log(log)
+    frames = logged_frames(log)
     number = frame_at(frames, at)
     deciding = pilot_of(frames[number]) if pilot is None else pilot_named(pilot)
     contrast = why_not(frames, number, deciding, math.radians(course))

@@ -25,7 +25,7 @@ from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import QValues, SubTaskCritic
 
 
-def explain(
+def explain_rudder(
     actor: Actor, critic: SubTaskCritic | None, observation: Observation, action: Float[Array, ""]
 ) -> Explanation:
     """Why ``action`` (a fraction of the rudder limit) in this observation.

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
 
 from glasshelm.env.observe import DISTANCE_M, TARGET_FEATURES, TIME_S, Observation
-from glasshelm.explanation.actor_explanation import explain
+from glasshelm.explanation.actor_explanation import explain_rudder
 from glasshelm.explanation.shapley import exact_shapley, value_function
 from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.networks.actors import Actor, AttentionActor
@@ -48,7 +48,7 @@ def _of(part: Callable[[Explanation], Float[Array, " n"]]) -> AttributionFn:
     """A part of the explanation that every decision carries."""
 
     def of(actor, critic, observation, key):
-        return part(explain(actor, critic, observation, actor(observation)))
+        return part(explain_rudder(actor, critic, observation, actor(observation)))
 
     return of
 

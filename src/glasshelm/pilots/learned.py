@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
-from glasshelm.explanation.actor_explanation import explain
+from glasshelm.explanation.actor_explanation import explain_rudder
 from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.checkpoint import file_sha256
@@ -46,7 +46,7 @@ class LearnedPilot(eqx.Module):
 
     def explain(self, observation: Observation, rudder: Float[Array, ""]) -> Explanation:
         """What actor and critic say of a rudder (a fraction of the limit)."""
-        return explain(self.actor, self.critic, observation, rudder)
+        return explain_rudder(self.actor, self.critic, observation, rudder)
 
 
 def read_pilot(path: Path, name: str) -> LearnedPilot:

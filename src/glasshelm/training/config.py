@@ -181,7 +181,7 @@ def config_from_dict(values: dict[str, Any]) -> TrainConfig:
         raise InputError(f"bad training configuration: {error}") from None
 
 
-def override(config: TrainConfig, settings: tuple[str, ...]) -> TrainConfig:
+def with_settings(config: TrainConfig, settings: tuple[str, ...]) -> TrainConfig:
     """The configuration with fields replaced.
 
     Args:
