@@ -67,8 +67,9 @@ FIGURES = (
     FigureSpec(
         "10_priorities",
         "Priorities over time",
-        "Rudder and priorities (Eq. 22): how much better the chosen rudder is than rudder 0 for "
-        "the waypoint and for each ship. Dotted: the instants of the next figure.",
+        "Rudder and priorities (Eq. 22): how much better the chosen rudder is than rudder 0, or "
+        "the chosen manoeuvre than keeping on, for the waypoint and for each ship. Dotted: the "
+        "instants of the next figure.",
         over_time,
         _NO_CRITIC,
     ),

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from glasshelm.figures import maps
 from glasshelm.figures.situation_maps import choose, describe_rudder, draw_situation
@@ -21,6 +23,9 @@ from glasshelm.figures.style import (
 )
 from glasshelm.figures.trajectories import draw_absolute
 from glasshelm.frames.series import Frames, Series, TimeSeries, ships_of_note, to_series
+
+#: Priorities larger than this are drawn on a scale that is logarithmic beyond ±1.
+_WIDE = 50.0
 
 
 @styled
@@ -91,8 +96,11 @@ def draw_priorities(ax: Axes, voyage: Series) -> None:
     ax.plot(voyage.minutes, voyage.priority_waypoint, color=WAYPOINT_INK, lw=1.3,
             ls=(0, (4, 1.5)), label="waypoint")  # fmt: skip
     ax.set_ylabel("priority [reward]")
-    ax.set_title("Priorities: Q of the rudder − Q of rudder 0")
+    ax.set_title(f"Priorities: Q of the choice − Q of {_reference(voyage)}")
     ax.margins(y=0.22)
+    if _spread(voyage) > _WIDE:
+        ax.set_yscale("symlog", linthresh=1.0)
+        _plain_powers(ax.yaxis)
     handles, labels = ax.get_legend_handles_labels()
     ax.legend(handles, labels, loc="upper right", ncols=2, borderaxespad=0.1)
 
@@ -122,20 +130,42 @@ def _bars(ax: Axes, voyage: Series, k: int, span: TimeSeries) -> None:
     ax.set_yticks(places, [r[0] for r in rows])
     ax.tick_params(axis="y", length=0)
     ax.set_xlim(*span)
+    if _spread(voyage) > _WIDE:
+        ax.set_xscale("symlog", linthresh=1.0)
+        _plain_powers(ax.xaxis)
     for place, (_, value, _) in zip(places, rows, strict=True):
         ax.annotate(
             signed(value), (value, place), xytext=(4 if value >= 0 else -4, 0),
             textcoords="offset points", ha="left" if value >= 0 else "right", va="center",
             fontsize=7.5,
         )  # fmt: skip
-    ax.set_xlabel("priority [reward]: worse ← than rudder 0 → better")
+    ax.set_xlabel(f"priority [reward]: worse ← than {_reference(voyage)} → better")
     ax.set_title("Priorities")
     ax.spines["left"].set_visible(False)
 
 
+def _reference(voyage: Series) -> str:
+    """What the choice is compared with (Eq. 22)."""
+    compares = any(frame.manoeuvre is not None for frame in voyage.frames)
+    return "keeping on" if compares else "rudder 0"
+
+
+def _plain_powers(axis: Axis) -> None:
+    """Few ticks, in plain digits."""
+    axis.set_major_locator(FixedLocator([-1000.0, -10.0, 0.0, 10.0, 1000.0]))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
+
+
+def _spread(voyage: Series) -> float:
+    """The largest priority, as a size."""
+    both = np.concatenate([voyage.priority_waypoint, voyage.priority_collision])
+    return float(np.nanmax(np.abs(both), initial=0.0))
+
+
 def signed(value: float) -> str:
-    """Three decimals with a sign; a rounded zero has none."""
-    text = f"{value:+.3f}"
+    """Three decimals, one from ten on, with a sign; a rounded zero has none."""
+    text = f"{value:+.3f}" if abs(value) < 10.0 else f"{value:+.1f}"
     return "0.000" if float(text) == 0 else text.replace("-", "\u2212")
 
 
