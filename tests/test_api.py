@@ -89,7 +89,7 @@ evaluate(["straight"], "random")  # are lists
 evaluate(["straight", "straight"])  # named twice
 load("paper-sum-guarded")  # is no learned one
 GuardedPilot(pilot("straight"))  # cannot be guarded
-train(minutes=-1, out=OUT)  # must be more than 0
+train(minutes=-1, out=OUT)  # must be 0 or more
 random_encounter(None, SHIPS["paper"], count=99)  # 99 ships
 select_targets(None, 0)  # room for 0 targets
 """

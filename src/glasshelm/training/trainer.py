@@ -47,8 +47,8 @@ class TrainerSettings:
     tensorboard: bool = True
 
     def __post_init__(self) -> None:
-        if self.minutes is not None and not self.minutes > 0:
-            raise InputError(f"{self.minutes:g} minutes of training: must be more than 0")
+        if self.minutes is not None and not self.minutes >= 0:
+            raise InputError(f"{self.minutes:g} minutes of training: must be 0 or more")
 
 
 class Trainer:
