@@ -64,7 +64,7 @@ def test_its_names(tmp_path):
     assert {f"{name}-guarded" for name in bundled_pilots()} <= set(pilot_names())
     with pytest.raises(InputError, match=r"unknown pilot 'nobody': .*paper-sum"):
         pilot_named("nobody-guarded")
-    with pytest.raises(InputError, match="'paper-cpa' is no learned one large-ship-att"):
+    with pytest.raises(InputError, match="'paper-cpa' is no learned one"):
         pilot_named("paper-cpa-guarded")
 
 
