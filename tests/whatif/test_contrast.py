@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import pytest
 
 import glasshelm
@@ -45,6 +46,19 @@ def test_towards_a_ship_it_is_the_ship_that_speaks(frames):
     assert contrast.total > 0
     assert set(contrast.by_ship) == {t.name for t in frames[0].targets}
     assert contrast.summary.endswith(".")
+
+
+def test_ships_of_one_name_keep_their_own_parts(frames):
+    twins = [
+        msgspec.structs.replace(
+            f, targets=[msgspec.structs.replace(t, name="Twin") for t in f.targets]
+        )
+        for f in frames[:6]
+    ]
+    parts = glasshelm.why_not(twins, 5, PILOT, 0.5).by_ship
+    assert set(parts) == {f"Twin ({t.id})" for t in frames[0].targets}
+    alone = glasshelm.why_not(frames, 5, PILOT, 0.5)
+    assert sum(parts.values()) == pytest.approx(sum(alone.by_ship.values()), abs=1e-3)
 
 
 def test_who_compares_no_courses_says_so(frames):

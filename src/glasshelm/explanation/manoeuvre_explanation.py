@@ -58,11 +58,10 @@ def explain_manoeuvre(
     """
     present, total = observation.present, values.total
     bearing = situation_of(observation, ship).bearing_rad
-    course = wrap_angle(bearing + manoeuvres.offset_rad)
+    offset = manoeuvres.offset_rad  # differences of courses are those of offsets, never wrapped
+    course = wrap_angle(bearing + offset)
     then = wrap_angle(bearing + manoeuvres.then_offset_rad)
-    rudder = jax.vmap(lambda offset: rudder_towards(offset, observation, ship))(
-        manoeuvres.offset_rad
-    )
+    rudder = jax.vmap(lambda one: rudder_towards(one, observation, ship))(offset)
     chosen, keep = choose(values), jnp.array(course.size - 1)
     rows, there = _alternatives(values, course, keep)
     value = _rows(values, chosen)
@@ -92,8 +91,8 @@ def explain_manoeuvre(
             manoeuvres.then_duration_s[chosen],
             course[rows],
             others,
-            shared(course, MAX_EXACT, sampled=True),
-            alone(course),
+            shared(offset, MAX_EXACT, sampled=True),
+            alone(offset),
             needed_ships(values, course, present),
             last_safe_s(observation, ship, costs),
         ),

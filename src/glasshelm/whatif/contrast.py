@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from glasshelm.core.errors import InputError
+from glasshelm.encounters.types import TargetInfo
 from glasshelm.env.observe import Observation
 from glasshelm.explanation.manoeuvre_explanation import choose
 from glasshelm.frames.phrases import course, duration
@@ -116,8 +117,15 @@ def why_not(frames: Sequence[Frame], number: int, pilot: Pilot, course_rad: floa
         float(other.duration_s),
         float(q.waypoint - q_other.waypoint),
         float(q.helm - q_other.helm),
-        {infos[i].name: gains[i] for i in ranked},
+        {_name(infos, i): gains[i] for i in ranked},
     )
+
+
+def _name(infos: Sequence[TargetInfo], slot: int) -> str:
+    """A ship's name, with its id where another has the same."""
+    name = infos[slot].name
+    alike = sum(info.name == name for info in infos)
+    return name if alike == 1 else f"{name} ({infos[slot].id})"
 
 
 @eqx.filter_jit
