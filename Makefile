@@ -21,8 +21,8 @@ PAGE_SOURCES := $(shell find web -name node_modules -prune -o -type f -print)
   docs docs-install docs-check docs-site
 
 help:
-	@echo "make test    all tests, on all cores, and how long they took (ten minutes on two)"
-	@echo "make test-fast  those not marked slow, for the developer's loop (two minutes on two cores)"
+	@echo "make test    all tests, on all cores, and how long they took (17 minutes on two)"
+	@echo "make test-fast  those not marked slow, for the developer's loop (8 minutes on two cores)"
 	@echo "make page    the bridge page, built into the package (Node from PyPI if none is there)"
 	@echo "make demo    the bridge: a live page of a real ship's traffic and the pilot's advice"
 	@echo "make stories two explained encounters, each a report to read in the browser"
