@@ -82,7 +82,7 @@ def function_pilot(name: str) -> Pilot:
     if not callable(found):
         lacks = [part for part in ("name", "start", "decide") if not hasattr(found, part)]
         raise InputError(
-            f"pilot {name!r}: neither a function nor a pilot, which has {_joined(lacks)} too"
+            f"pilot {name!r}: neither a function nor a pilot, which has {', '.join(lacks)} too"
         )
     return FunctionPilot(found, name, _traceable(name, found), _digest(found))
 
@@ -99,10 +99,6 @@ def _checked(name: str, pilot: Pilot) -> Pilot:
     if np.shape(decided[0].rudder) != ():
         raise InputError(f"pilot {name!r}: the rudder must be one number in [-1, 1]")
     return pilot
-
-
-def _joined(parts: list[str]) -> str:
-    return ", ".join(parts) or "all of name, start and decide"
 
 
 def _traceable(name: str, function: Callable[[Observation], Any]) -> bool:

@@ -19,10 +19,14 @@ from glasshelm.core.geometry import Vector, direction, wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.env.rewards import course_reward
 from glasshelm.env.step import EnvSettings
-from glasshelm.planning.manoeuvres import ManoeuvreTable, PredictedOwn, predict_step
+from glasshelm.planning.manoeuvres import (
+    Manoeuvres,
+    ManoeuvreTable,
+    PredictedOwn,
+    predict_manoeuvres,
+)
 from glasshelm.planning.simulated_critic import ManoeuvreCosts
 from glasshelm.planning.situation import Situation, rudder_towards, situation_of
-from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipParams
 
@@ -68,45 +72,38 @@ def plan_course(
 ) -> Plan:
     """The best of all manoeuvres from one observation, and the value of each."""
     at = situation_of(observation, ship)
-    keep = jnp.array([(0.0, seconds, 0.0, 0.0) for seconds in settings.keep_s]).reshape(-1, 4)
-    keep = keep.at[:, 0].set(-at.bearing_rad)  # in her frame the present heading is 0
-    table = jnp.concatenate([jnp.asarray(settings.off_waypoint()), keep])
-    values = _worth(table, at, ship, settings)
-    begins = jnp.where(table[:, 1] > 0, table[:, 0], 0.0)
-    return Plan(begins[jnp.argmax(values)], values, begins, table[:, 1])
+    manoeuvres = settings.at(at.bearing_rad)
+    values = _worth(manoeuvres, at, ship, settings)
+    begins = manoeuvres.offset_rad
+    return Plan(begins[jnp.argmax(values)], values, begins, manoeuvres.duration_s)
 
 
 def _worth(
-    table: Float[Array, "c 4"], at: Situation, ship: ShipParams, settings: CourseSettings
+    manoeuvres: Manoeuvres, at: Situation, ship: ShipParams, settings: CourseSettings
 ) -> Float[Array, " c"]:
-    """The return of every manoeuvre, less its costs.
+    """The return of every manoeuvre, less its costs, of which the worst of all ships counts.
 
     Targets are taken one by one, not as an axis: the whole step is then one
     loop over the manoeuvres for the compiler, four times as fast.
     """
-    offset, until, offset2, duration2 = table.T
-    autopilot, tau = autopilot_for(ship), settings.step_s
+    tau = settings.step_s
 
     def go(
         carry: tuple[PredictedOwn, ManoeuvreCost], time: Float[Array, ""]
     ) -> tuple[tuple[PredictedOwn, ManoeuvreCost], None]:
         ahead, met = carry
-        altered = jnp.where(time < until, offset, jnp.where(time < until + duration2, offset2, 0.0))
-        course = jnp.where(altered == 0.0, met.bearing, at.bearing_rad + altered)
-        moved = predict_step(ahead, course, autopilot, ship, tau)
+        moved = predict_manoeuvres(ahead, met.bearing, manoeuvres, time, at, ship, tau)
         return (moved, _meet(moved, met, time + tau, at, ship, settings)), None
 
-    zero = jnp.zeros_like(offset)
+    zero = jnp.zeros_like(manoeuvres.offset_rad)
     met = ManoeuvreCost(zero + at.bearing_rad, zero, zero - 1.0, zero + jnp.inf)
-    start = (PredictedOwn.here(at.rate_of_turn_rad_s, offset.size), met)
+    start = (PredictedOwn.here(at.rate_of_turn_rad_s, zero.size), met)
     times = jnp.arange(round(settings.horizon_s / tau), dtype=jnp.float32) * tau
     (_, met), _ = jax.lax.scan(go, start, times)
-    begins = jnp.where(until > 0, offset, 0.0)
-    last = jnp.where(duration2 > 0, offset2, begins)
-    altered = jnp.abs(wrap_angle(at.bearing_rad + begins)) + jnp.abs(last - begins) + jnp.abs(last)
     near_m = settings.near_loa * ship.loa_m
     near = jnp.maximum(1.0 - jnp.sqrt(met.nearest_m2) / near_m, 0.0)
     worst = jnp.maximum(met.worst, 0.0)
+    altered = manoeuvres.altered_rad(at.bearing_rad)
     costs = settings.alter_cost * altered + settings.worst_weight * worst
     return met.value - costs - settings.near_weight * near
 
