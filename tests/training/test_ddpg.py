@@ -7,8 +7,15 @@ import numpy as np
 import pytest
 
 from glasshelm.training.config import preset_named
-from glasshelm.training.ddpg import PackedSize, optimiser, packed_size, update
+from glasshelm.training.ddpg import (
+    PackedSize,
+    actor_optimiser,
+    critic_optimiser,
+    packed_size,
+    update,
+)
 from glasshelm.training.init_actor import init_actor
+from glasshelm.training.losses import ActorLossSettings
 from glasshelm.training.replay_buffer import gather
 from glasshelm.training.stages import DdpgStage
 
@@ -75,12 +82,21 @@ def test_episodes_that_do_not_fit_the_rows_are_left_out(after_filling):
     assert float(everyone[1]) != pytest.approx(float(full[1]), rel=1e-5)
 
 
+def test_the_weights_of_the_actor_decay_by_lambda_reg_alone():
+    """Where Q is flat, a weight shrinks by 2·λ_reg of itself times the learning rate, no more."""
+    settings = replace(SETTINGS, actor_loss=ActorLossSettings(regularisation=0.25))
+    weight = jnp.array([2.0, 0.01])
+    adam = actor_optimiser(settings)
+    change, _ = adam.update(jnp.zeros(2), adam.init(weight), weight)
+    np.testing.assert_allclose(change, -settings.learning_rate * 2 * 0.25 * weight, rtol=1e-5)
+
+
 def test_the_learning_rate_may_fall():
     falling = replace(SETTINGS, learning_rate_end=0.05)
     weight = jnp.ones(())
 
     def last_step(settings):
-        adam = optimiser(settings)
+        adam = critic_optimiser(settings)
         state, step = adam.init(weight), weight
         for _ in range(settings.cycles):
             step, state = adam.update(weight, state)

@@ -32,6 +32,24 @@ def test_ornstein_uhlenbeck_has_its_variance():
     assert abs(float(value.mean())) < 0.05
 
 
+def test_exploration_does_not_wind_up_while_the_rudder_is_hard_over():
+    """As soon as the actor wants the other side, the ship has the rudder there within a step."""
+    settings = NoiseSettings(sigma=0.3)
+
+    def go(noise, key):
+        rudder, after = explore(noise, jnp.full(4000, 1.0), jnp.zeros(()), settings, key)
+        return after, (rudder, after.value)
+
+    keys = jax.random.split(jax.random.key(2), 200)
+    noise, (rudder, value) = jax.lax.scan(go, no_noise(4000), keys)
+    assert float(jnp.abs(rudder).max()) <= 1.0
+    assert float(value.max()) <= 0.0  # nothing is added to a rudder that is hard over
+    assert float(value.min()) >= -2.0
+    assert float(rudder.min()) == -1.0  # every rudder is tried
+    back, _ = explore(noise, jnp.full(4000, -1.0), jnp.zeros(()), settings, jax.random.key(3))
+    assert float((back < -0.2).mean()) > 0.99
+
+
 @pytest.mark.slow
 def test_bursts_hold_a_rudder_and_leave_the_pilot_alone_otherwise():
     settings = NoiseSettings("bursts", burst_begin=0.1, burst_end=0.4)

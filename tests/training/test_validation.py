@@ -1,3 +1,5 @@
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,7 +14,7 @@ from glasshelm.ship.nomoto import ShipState, ship_named
 from glasshelm.simulation.rollout import plain_cases, rollout
 from glasshelm.training.critic_accuracy import critic_accuracy
 from glasshelm.training.exploration import NoiseSettings
-from glasshelm.training.validation import Memoryless, score, validate
+from glasshelm.training.validation import LEAST_RETURN, Memoryless, score, validate
 
 SHIP = ship_named("paper")
 
@@ -71,6 +73,27 @@ def test_collisions_weigh_most_in_the_choice_of_the_pilot_kept():
     better = score(apart, targets, 480, 340.0)
     assert better.collisions == 0
     assert better.selection_loss < bad.selection_loss - 5
+
+
+def test_a_policy_that_sails_in_circles_is_not_kept():
+    """It meets nobody, and does not get anywhere: one that sails and intrudes sometimes is kept."""
+    cases = plain_cases(encounters(), SHIP, 480)
+    targets = np.array([0, 1, 1])
+    measures = jax.device_get(rollout(Memoryless(Amidships()), cases, 480))
+    sails = score(measures, targets, 480, 340.0)
+    some = dataclasses.replace(
+        sails,
+        intrusions=0.2,
+        intrusions_long=0.2,
+        collisions=0.0,
+        collisions_long=0.0,
+        return_collision=-3.0,
+    )
+    circles = dataclasses.replace(
+        some, intrusions=0.0, intrusions_long=0.0, return_waypoint=24.0, return_collision=0.0
+    )
+    assert some.total_return > LEAST_RETURN > circles.total_return
+    assert some.selection_loss < circles.selection_loss
 
 
 def test_the_validation_set_is_fixed():

@@ -131,12 +131,24 @@ def packed_size(batch_size: int, targets: tuple[int, int], pairs: bool) -> Packe
     return PackedSize(rows(1), rows(2) if pairs else None)
 
 
-def optimiser(settings: DdpgSettings) -> optax.GradientTransformation:
+def critic_optimiser(settings: DdpgSettings) -> optax.GradientTransformation:
     """Adam (Table A.6), with the settings' schedule."""
+    return optax.adam(_learning_rate(settings))
+
+
+def actor_optimiser(settings: DdpgSettings) -> optax.GradientTransformation:
+    """The same, and λ_reg·Σθ² of Eq. 5 as a decay of the weights (AdamW, Loshchilov & Hutter 2019).
+
+    Within the loss, Adam would scale the slope of Σθ² up with that of Q: wherever Q hardly
+    depends on a weight, that weight would shrink by the whole learning rate with every update.
+    """
+    decay = 2.0 * settings.actor_loss.regularisation
+    return optax.adamw(_learning_rate(settings), weight_decay=decay)
+
+
+def _learning_rate(settings: DdpgSettings) -> optax.Schedule:
     updates = settings.cycles * settings.cycle_updates
-    return optax.adam(
-        optax.cosine_decay_schedule(settings.learning_rate, updates, settings.learning_rate_end)
-    )
+    return optax.cosine_decay_schedule(settings.learning_rate, updates, settings.learning_rate_end)
 
 
 def encounter_pool(
@@ -155,15 +167,14 @@ def init_ddpg(
 
     Every array of the result has a buffer of its own: the state is donated.
     """
-    adam = optimiser(settings)
     num_envs = settings.num_envs
     return DdpgState(
         actor,
         critic,
         jax.tree.map(jnp.copy, actor),
         jax.tree.map(jnp.copy, critic),
-        adam.init(eqx.filter(actor, eqx.is_array)),
-        adam.init(eqx.filter(critic, eqx.is_array)),
+        actor_optimiser(settings).init(eqx.filter(actor, eqx.is_array)),
+        critic_optimiser(settings).init(eqx.filter(critic, eqx.is_array)),
         init_envs(pool, num_envs),
         empty_buffer(settings.replay_size // num_envs, num_envs, settings.encounters.slots),
         jnp.zeros((), jnp.int32),
@@ -249,7 +260,6 @@ def update(
     """
     fleet = Packed(batch.observation.present, size.targets, size.pairs)
     batch = eqx.tree_at(lambda b: b.weight, batch, batch.weight * fleet.complete)
-    adam = optimiser(settings)
     policy = state.target_actor if settings.actor_update else state.actor
     target = td_target(
         state.target_critic, policy, batch, settings.discount, fleet, settings.target
@@ -257,26 +267,29 @@ def update(
     critic_value, gradient = eqx.filter_value_and_grad(critic_loss)(
         state.critic, target, batch, td_error, fleet
     )
-    changes, critic_optimiser = adam.update(gradient, state.critic_optimiser)
+    changes, critic_state = critic_optimiser(settings).update(gradient, state.critic_optimiser)
     critic = eqx.apply_updates(state.critic, changes)
     target_critic = _follow(critic, state.target_critic, settings)
     state = eqx.tree_at(
         lambda s: (s.critic, s.target_critic, s.critic_optimiser),
         state,
-        (critic, target_critic, critic_optimiser),
+        (critic, target_critic, critic_state),
     )
     if not learn_actor:
         return state, critic_value, jnp.zeros(())
     actor_value, gradient = eqx.filter_value_and_grad(actor_loss)(
         state.actor, critic, batch, settings.actor_loss, fleet, key
     )
-    changes, actor_optimiser = adam.update(gradient, state.actor_optimiser)
+    weights = eqx.filter(state.actor, eqx.is_array)
+    changes, actor_state = actor_optimiser(settings).update(
+        gradient, state.actor_optimiser, weights
+    )
     actor = eqx.apply_updates(state.actor, changes)
     target_actor = _follow(actor, state.target_actor, settings)
     state = eqx.tree_at(
         lambda s: (s.actor, s.target_actor, s.actor_optimiser),
         state,
-        (actor, target_actor, actor_optimiser),
+        (actor, target_actor, actor_state),
     )
     return state, critic_value, actor_value
 

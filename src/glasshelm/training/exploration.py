@@ -1,7 +1,9 @@
 """Exploration: what is added to the actor's rudder while it learns.
 
-``ou`` is the paper's (docs/explanation/paper.md): an Ornstein-Uhlenbeck process
-that wanders and keeps the ship on excursions of many steps. ``bursts`` is for
+``ou`` is the usual exploration of DDPG (docs/explanation/paper.md): an Ornstein-Uhlenbeck
+process that wanders and keeps the ship on excursions of many steps. What of it would put the
+rudder beyond its limits is not added, and not remembered either: a value that goes on growing
+while the rudder is hard over would keep it there long after. ``bursts`` is for
 learning the value of an actor that is already good: it steers by itself, and now
 and then a rudder drawn at random is held for a few steps, so that every rudder
 is tried from states that the actor visits.
@@ -32,7 +34,7 @@ class NoiseSettings:
 
 
 class Noise(eqx.Module):
-    """Exploration of a batch: the OU value or the held rudder, and whether it is held."""
+    """Exploration of a batch: what OU adds or the held rudder, and whether it is held."""
 
     value: Float[Array, "*w"]
     active: Bool[Array, "*w"]
@@ -78,7 +80,8 @@ def explore(
     if settings.kind == "ou":
         sigma = sigma_at(progress, settings)
         value = ornstein_uhlenbeck(noise.value, sigma, settings.theta, key)
-        return jnp.clip(rudder + value, -1.0, 1.0), Noise(value, noise.active)
+        tried = jnp.clip(rudder + value, -1.0, 1.0)
+        return tried, Noise(tried - rudder, noise.active)
     switch_key, value_key = jax.random.split(key)
     chance = jax.random.uniform(switch_key, rudder.shape)
     starts = ~noise.active & (chance < settings.burst_begin)

@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Callable
 from typing import Literal
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PRNGKeyArray
@@ -32,6 +31,7 @@ TdTarget = Literal["policy", "sarsa"]
 class ActorLossSettings:
     """The gains of Eq. 5 (Table A.6) and the noise of ŝ."""
 
+    #: λ_reg, decoupled from Adam (:func:`glasshelm.training.ddpg.actor_optimiser`).
     regularisation: float = 0.001
     smoothing: float = 0.005
     action_size: float = 0.0001
@@ -99,15 +99,16 @@ def actor_loss(
     fleet: ShipBatch,
     key: PRNGKeyArray,
 ) -> Float[Array, ""]:
-    """Eq. 5: −E[Q(s, π(s))] + λ_reg·Σθ² + λ_s·√E[(π(s)−π(ŝ))² + (π(s)−π(s'))²] + λ_a·E|π(s)|."""
+    """Eq. 5 but for λ_reg: −E[Q(s, π(s))] + λ_s·√E[(π(s)−π(ŝ))² + (π(s)−π(s'))²] + λ_a·E|π(s)|.
+
+    λ_reg·Σθ² is the optimiser's (:func:`glasshelm.training.ddpg.actor_optimiser`).
+    """
     action = actor(batch.observation, fleet)
     perturbed = actor(perturb(batch.observation, settings, key), fleet)
     following = actor(batch.next_observation, fleet)
     change = _weighted_mean((action - perturbed) ** 2 + (action - following) ** 2, batch.weight)
-    weights = jax.tree.leaves(eqx.filter(actor, eqx.is_inexact_array))
     return (
         -_weighted_mean(critic(batch.observation, action, fleet).total, batch.weight)
-        + settings.regularisation * sum(jnp.sum(w**2) for w in weights)
         + settings.smoothing * jnp.sqrt(change + 1e-12)  # the root has no slope at 0
         + settings.action_size * _weighted_mean(jnp.abs(action), batch.weight)
     )

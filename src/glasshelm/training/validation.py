@@ -15,6 +15,9 @@ from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.rollout import Measures, plain_cases, rollout
 
+#: What a voyage must earn in its first 1200 s, ships met or not; in open water it earns 48.
+LEAST_RETURN = 36.0
+
 
 @dataclasses.dataclass(frozen=True)
 class ValidationScore:
@@ -48,11 +51,13 @@ class ValidationScore:
         """What the best actor is chosen by, lower is better: a collision counts as ten intrusions.
 
         Three points of return (of about 50) count as one intrusion in a hundred, and so do
-        ten voyages of weaving.
+        ten voyages of weaving. Below :data:`LEAST_RETURN` each point counts as ten in a hundred:
+        a policy that sails in circles where no ship comes also intrudes seldom.
         """
         rates = self.intrusions + self.intrusions_long
         rates += 10.0 * (self.collisions + self.collisions_long)
-        return rates - self.total_return / 300.0 + 0.1 * self.weaving
+        short = max(0.0, LEAST_RETURN - self.total_return)
+        return rates - self.total_return / 300.0 + 0.1 * short + 0.1 * self.weaving
 
 
 class Memoryless(eqx.Module):
