@@ -1,4 +1,4 @@
-"""The stages of a training: each starts, advances by one unit, and shows its actor and critic.
+"""The stages of a training: each starts, advances by one unit, and shows its policy and critic.
 
 ``dagger`` makes an actor that steers like an expert, ``critic`` evaluates critics
 on it, ``ddpg`` learns both at once. The trainer (:mod:`glasshelm.training.trainer`)
@@ -13,12 +13,13 @@ from typing import Any
 import jax
 import numpy as np
 
-from glasshelm.networks.actors import Actor
+from glasshelm.networks.actors import Policy
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.config import TrainConfig
 from glasshelm.training.dagger import DaggerState, dagger_iteration, init_dagger
 from glasshelm.training.ddpg import DdpgState, encounter_pool, init_ddpg, run_cycle
+from glasshelm.training.init_actor import init_actor
 from glasshelm.training.vector_env import EncounterPool
 
 #: The state of a stage: DaggerState or DdpgState.
@@ -39,15 +40,15 @@ class DaggerStage:
         self.time_share = config.dagger_time_share
         self._config = config
 
-    def start(self, actor: Actor) -> DaggerState:
+    def start(self, policy: Any) -> DaggerState:
         """The first state, from the initial actor."""
-        return init_dagger(actor, self._config.dagger)
+        return init_dagger(policy, self._config.dagger)
 
     def advance(self, state: DaggerState, number: int) -> tuple[DaggerState, dict[str, jax.Array]]:
         state, loss = _iterate_dagger(state, self._config)
         return state, {"rudder_error": loss}
 
-    def actor(self, state: DaggerState) -> Actor:
+    def policy(self, state: DaggerState) -> Policy:
         return state.average
 
     def critic(self, state: DaggerState) -> SubTaskCritic | None:
@@ -74,12 +75,12 @@ class DdpgStage:
         self._config = config
         self._pool: tuple[int, EncounterPool] | None = None
 
-    def start(self, actor: Actor) -> DdpgState:
+    def start(self, policy: Any) -> DdpgState:
         """The first state, from the actor of the stage before or the initial one."""
         config = self._config
         key = jax.random.fold_in(jax.random.key(config.seed), 4)
         critic = jax.jit(SubTaskCritic, static_argnums=0)(config.critic_sizes, key)
-        return init_ddpg(actor, critic, self._pool_at(0), config.ddpg)
+        return init_ddpg(policy, critic, self._pool_at(0), config.ddpg)
 
     def advance(self, state: DdpgState, number: int) -> tuple[DdpgState, dict[str, jax.Array]]:
         settings = self._config.ddpg
@@ -88,7 +89,7 @@ class DdpgStage:
         actor = critic and settings.actor_update and steps >= settings.actor_starts
         return _run_cycle(state, self._pool_at(number), critic, actor, self._config)
 
-    def actor(self, state: DdpgState) -> Actor:
+    def policy(self, state: DdpgState) -> Policy:
         return state.actor
 
     def critic(self, state: DdpgState) -> SubTaskCritic | None:
@@ -104,6 +105,11 @@ class DdpgStage:
 
 
 Stage = DaggerStage | DdpgStage
+
+
+def initial_policy(config: TrainConfig) -> Policy:
+    """What a training starts from: an actor, or whatever else steers as one does."""
+    return init_actor(config)
 
 
 def stages_of(config: TrainConfig) -> list[Stage]:

@@ -15,14 +15,13 @@ import jax
 from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import locked_folder
 from glasshelm.encounters.random_encounters import validation_encounters
-from glasshelm.networks.actors import Actor
+from glasshelm.networks.actors import Policy
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.config import TrainConfig
 from glasshelm.training.critic_accuracy import critic_accuracy
-from glasshelm.training.init_actor import init_actor
 from glasshelm.training.metrics_log import MetricsLog
-from glasshelm.training.stages import Stage, State, mean_metrics, stages_of
+from glasshelm.training.stages import Stage, State, initial_policy, mean_metrics, stages_of
 from glasshelm.training.training_progress import TrainingProgress
 from glasshelm.training.training_state import (
     STATE_FILE,
@@ -67,7 +66,7 @@ class Trainer:
         self.stages = stages_of(config)
         self.position = StagePosition()
         self.state: State = None
-        self.best_actor: Actor = init_actor(config)
+        self.best_policy: Policy = initial_policy(config)
         self.score: ValidationScore | None = None
         self._started = time.monotonic()
         self._encounters = validation_encounters(self.ship, config.validation_episodes)
@@ -75,15 +74,15 @@ class Trainer:
     def resume(self) -> None:
         """Continue from the snapshot in the folder."""
         self.position, _ = read_position(self.folder)
-        like = self.stages[self.position.stage].start(self.best_actor)
-        self.state, self.best_actor = load_snapshot(self.folder, like, self.best_actor)
+        like = self.stages[self.position.stage].start(self.best_policy)
+        self.state, self.best_policy = load_snapshot(self.folder, like, self.best_policy)
 
     def run(self) -> bool:
         """Train to the end, or to the end of the time; false if it was interrupted."""
         resume_at = None if self.state is None else self._total_units()
         log = MetricsLog(self.folder, resume_at, self.settings.tensorboard)
         if self.state is None:
-            self.state = self.stages[0].start(self.best_actor)
+            self.state = self.stages[0].start(self.best_policy)
         with _interrupts() as interrupted:
             try:
                 while True:
@@ -99,7 +98,7 @@ class Trainer:
                     self.position = dataclasses.replace(
                         self.position, stage=self.position.stage + 1, units=0
                     )
-                    self.state = self.stages[self.position.stage].start(self.best_actor)
+                    self.state = self.stages[self.position.stage].start(self.best_policy)
                     self.score = None
                     self._snapshot()
             finally:
@@ -138,40 +137,40 @@ class Trainer:
         return True
 
     def _validate(self, stage: Stage, metrics: dict[str, float], log: MetricsLog) -> None:
-        """Measure the actor, keep it if it is the best, write it all down.
+        """Measure the policy, keep it if it is the best, write it all down.
 
-        A weights file has only what depends on the actor, so that two equal trainings write two
+        A weights file has only what depends on the policy, so that two equal trainings write two
         equal files, interrupted or not; the log also has the clock, and the losses since the last
         line.
         """
-        actor, critic = stage.actor(self.state), stage.critic(self.state)
+        policy, critic = stage.policy(self.state), stage.critic(self.state)
         where = {
             "stage": stage.name,
             "number": self._total_units(),
             "env_steps": self.position.units * stage.env_steps_per_unit,
         }
         if stage.name != "critic" or self.score is None:
-            self.score = self._score(actor)
+            self.score = self._score(policy)
         loss = self.score.selection_loss
-        result = self._results(self.score, actor, critic) | {"selection_loss": loss}
+        result = self._results(self.score, policy, critic) | {"selection_loss": loss}
         if self.position.best_loss is None or loss <= self.position.best_loss:
             self.position = dataclasses.replace(self.position, best_loss=loss)
-            self.best_actor = jax.tree.map(jax.numpy.copy, actor)
-            self._save(BEST_FILE, actor, critic, where | result)
+            self.best_policy = jax.tree.map(jax.numpy.copy, policy)
+            self._save(BEST_FILE, policy, critic, where | result)
         line = where | {"seconds": round(self._seconds(), 1)} | metrics | result
         log.add(line)
         self.progress.show(line)
 
     def _finish(self, stage: Stage, complete: bool) -> None:
-        actor, critic = stage.actor(self.state), stage.critic(self.state)
-        result = self._results(self.score or self._score(actor), actor, critic)
-        self._save(FINAL_FILE, actor, critic, result | {"stopped_early": not complete})
+        policy, critic = stage.policy(self.state), stage.critic(self.state)
+        result = self._results(self.score or self._score(policy), policy, critic)
+        self._save(FINAL_FILE, policy, critic, result | {"stopped_early": not complete})
 
-    def _score(self, actor: Actor) -> ValidationScore:
-        return validate(actor, self._encounters, self.ship, self.config.validation_steps[1])
+    def _score(self, policy: Policy) -> ValidationScore:
+        return validate(policy, self._encounters, self.ship, self.config.validation_steps[1])
 
     def _results(
-        self, score: ValidationScore, actor: Actor, critic: SubTaskCritic | None
+        self, score: ValidationScore, policy: Policy, critic: SubTaskCritic | None
     ) -> dict[str, Any]:
         if critic is None:
             return dataclasses.asdict(score)
@@ -180,12 +179,12 @@ class Trainer:
         long = short + round(5.0 / (1.0 - discount))  # what follows later counts less than 1 %
         noise = settings.noise if settings.target == "sarsa" else None
         accuracy = critic_accuracy(
-            actor, critic, self._encounters, self.ship, discount, short, long, noise
+            policy, critic, self._encounters, self.ship, discount, short, long, noise
         )
         return dataclasses.asdict(score) | accuracy.as_dict()
 
     def _save(
-        self, name: str, actor: Actor, critic: SubTaskCritic | None, result: dict[str, Any]
+        self, name: str, policy: Policy, critic: SubTaskCritic | None, result: dict[str, Any]
     ) -> None:
         summary = {
             "validation": result,
@@ -193,11 +192,11 @@ class Trainer:
             "units": self.position.units,
             "device": jax.devices()[0].device_kind,
         }
-        save_pilot(self.folder / name, actor, critic, self.config, summary)
+        save_pilot(self.folder / name, policy, critic, self.config, summary)
 
     def _snapshot(self) -> None:
         position = dataclasses.replace(self.position, seconds=self._seconds())
-        save_snapshot(self.folder, self.state, self.best_actor, position, self.config)
+        save_snapshot(self.folder, self.state, self.best_policy, position, self.config)
 
     def _seconds(self) -> float:
         return self.position.seconds + time.monotonic() - self._started

@@ -17,7 +17,7 @@ import msgspec
 
 from glasshelm import __version__
 from glasshelm.core.errors import InputError
-from glasshelm.networks.actors import Actor
+from glasshelm.networks.actors import Policy
 from glasshelm.networks.checkpoint import load_tree, read_header, save_tree
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.training.config import TrainConfig, config_from_dict, config_to_dict
@@ -45,7 +45,7 @@ class _Header(msgspec.Struct):
 
 
 def save_snapshot(
-    folder: Path, state: Any, best_actor: Actor, position: StagePosition, config: TrainConfig
+    folder: Path, state: Any, best_policy: Policy, position: StagePosition, config: TrainConfig
 ) -> None:
     """Write the pair of files."""
     replay_file = None
@@ -54,7 +54,7 @@ def save_snapshot(
         save_tree(folder / replay_file, state.replay, {})
         state = _without_replay(state)
     header = _Header(__version__, config_to_dict(config), position, replay_file)
-    tree = {"state": state, "best_actor": best_actor}
+    tree = {"state": state, "best_policy": best_policy}
     save_tree(folder / STATE_FILE, tree, msgspec.to_builtins(header))
     # Also what a killed process left half-written.
     for old in (*folder.glob("replay-*.safetensors"), *folder.glob(".*-replay-*.safetensors")):
@@ -77,24 +77,24 @@ def _read_header(folder: Path) -> _Header:
         raise InputError(f"{folder / STATE_FILE}: not the state of a training ({error})") from None
 
 
-def load_snapshot(folder: Path, state: Any, best_actor: Actor) -> tuple[Any, Actor]:
-    """The saved state and best actor; the arguments give their structure."""
+def load_snapshot(folder: Path, state: Any, best_policy: Policy) -> tuple[Any, Policy]:
+    """The saved state and best policy; the arguments give their structure."""
     header = _read_header(folder)
     replay = None
     if isinstance(state, DdpgState):
         replay = load_tree(folder / Path(header.replay or "").name, state.replay)
         state = _without_replay(state)
-    stored = load_tree(folder / STATE_FILE, {"state": state, "best_actor": best_actor})
+    stored = load_tree(folder / STATE_FILE, {"state": state, "best_policy": best_policy})
     loaded = stored["state"]
     if replay is not None:
         loaded = eqx.tree_at(lambda s: s.replay, loaded, replay, is_leaf=lambda x: x is None)
     # Own copies: what was read may share memory with the file's buffer, and is donated later.
-    return jax.tree.map(jnp.copy, loaded), stored["best_actor"]
+    return jax.tree.map(jnp.copy, loaded), stored["best_policy"]
 
 
 def save_pilot(
     path: Path,
-    actor: Actor,
+    policy: Policy,
     critic: SubTaskCritic | None,
     config: TrainConfig,
     summary: dict[str, Any],
@@ -104,17 +104,27 @@ def save_pilot(
     if config.init_from is not None:
         # The names alone: folders are private.
         described["init_from"] = ",".join(file.name for file in init_files(config.init_from))
+    tree, networks = _described(policy, critic, config)
     header = {
         "version": __version__,
-        "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
-        "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),
+        **networks,
         "ship": config.ship,
         "encounters": dataclasses.asdict(config.encounters),
         "env": dataclasses.asdict(config.ddpg.env),
         "config": described,
         "summary": summary,
     }
-    save_tree(path, {"actor": actor, "critic": critic}, header)
+    save_tree(path, tree, header)
+
+
+def _described(
+    policy: Policy, critic: SubTaskCritic | None, config: TrainConfig
+) -> tuple[Any, dict[str, Any]]:
+    """The networks of a pilot as a pytree, and what the header says of them."""
+    return {"actor": policy, "critic": critic}, {
+        "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
+        "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),
+    }
 
 
 def _without_replay(state: DdpgState) -> DdpgState:
