@@ -14,11 +14,12 @@ from glasshelm.ais.table import ReportTable
 from glasshelm.core.errors import InputError
 from glasshelm.encounters import recording_window
 from glasshelm.encounters.types import motion_at
-from glasshelm.evaluation.suites.disturbed_suite import SHIP_SHARE, disturbed_suites
+from glasshelm.evaluation.suites.disturbed_suite import disturbed_suites
 from glasshelm.evaluation.suites.random_suite import case_duration_s
 from glasshelm.evaluation.suites.recorded_suite import Windows, windows
 from glasshelm.evaluation.suites.suite_registry import build_suites
 from glasshelm.ship.nomoto import KNOT_M_S
+from glasshelm.simulation.disturbances import SHIP_SHARE
 
 
 def test_a_voyage_lasts_until_its_conflicts_are_past():

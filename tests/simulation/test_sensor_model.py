@@ -13,8 +13,8 @@ from glasshelm.core.geometry import Vector
 from glasshelm.encounters.types import Track
 from glasshelm.env.observe import LENGTH_M, SPEED_M_S
 from glasshelm.env.step import observe_step, reset
-from glasshelm.evaluation.suites.disturbed_suite import turned_track
 from glasshelm.ship.nomoto import ShipState, advance
+from glasshelm.simulation.disturbances import turned_track
 from glasshelm.simulation.sensor_model import Disturbance, first_perception, next_perception
 
 STEPS = 60
