@@ -9,7 +9,8 @@ import pytest
 
 from glasshelm.encounters.random_encounters import PAPER, WIDE
 from glasshelm.networks.actors import ActorSizes, make_actor
-from glasshelm.planning.course_planner import CourseSettings
+from glasshelm.planning.manoeuvres import ManoeuvreTable
+from glasshelm.planning.simulated_critic import ManoeuvreCosts
 from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.training.dagger import (
@@ -24,17 +25,9 @@ pytestmark = pytest.mark.slow
 
 SHIP = SHIPS["large_ship"]
 SETTINGS = DaggerSettings(
-    CourseSettings(
-        # An expert with few manoeuvres: a small actor can learn them in seconds.
-        (-60.0, -30.0, 30.0, 60.0),
-        (400.0, 900.0),
-        (),
-        (),
-        keep_s=(),
-        horizon_s=1800.0,
-        step_s=20.0,
-        alter_cost=0.0,
-    ),
+    # An expert with few manoeuvres: a small actor can learn them in seconds.
+    ManoeuvreTable((-60.0, -30.0, 30.0, 60.0), (400.0, 900.0), (), (), keep_s=()),
+    ManoeuvreCosts(horizon_s=1800.0, alter_cost=0.0),
     EncounterMix((1, 2, 2, 1)),
     segments=6,
     iterations=20,

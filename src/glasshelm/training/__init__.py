@@ -1,1 +1,1 @@
-"""Training a pilot: DDPG, learning from a planner, critics, trainer, configuration."""
+"""Training a pilot: DDPG, imitation of an expert, critics, trainer, configuration."""

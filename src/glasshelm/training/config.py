@@ -11,7 +11,8 @@ from glasshelm.encounters.random_encounters import RandomEncounters
 from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
-from glasshelm.planning.course_planner import CourseSettings
+from glasshelm.planning.manoeuvres import ManoeuvreTable
+from glasshelm.planning.simulated_critic import ManoeuvreCosts
 from glasshelm.training.dagger import DaggerSettings
 from glasshelm.training.ddpg import DdpgSettings
 from glasshelm.training.encounter_mix import EncounterMix
@@ -95,8 +96,8 @@ PRESETS: dict[str, TrainConfig] = {
         critic_sizes=_FINE_CRITIC,
         critic="heads",
         dagger=DaggerSettings(
-            # Farther off than the planner itself keeps: the actor will lose some of it.
-            CourseSettings(danger_margin=0.4),
+            # Farther off than the glassbox pilot keeps: the actor will lose some of it.
+            costs=ManoeuvreCosts(danger_margin=0.4),
             iterations=100,
             updates=200,
             dataset_iterations=16,
@@ -146,9 +147,8 @@ PRESETS: dict[str, TrainConfig] = {
             _TINY.ddpg, env_steps=600, actor_update=False, noise=NoiseSettings("bursts")
         ),
         dagger=DaggerSettings(
-            CourseSettings(
-                (-60.0, 60.0), (300.0,), (), (), keep_s=(), horizon_s=600.0, step_s=20.0
-            ),
+            ManoeuvreTable((-60.0, 60.0), (300.0,), (), (), keep_s=()),
+            ManoeuvreCosts(horizon_s=600.0),
             EncounterMix((1, 1, 1, 1, 1, 1, 1)),
             segments=3,
             iterations=3,

@@ -1,8 +1,8 @@
-"""DAgger (Ross et al. 2011): an actor learns to steer like an expert that plans.
+"""DAgger (Ross et al. 2011): an actor learns to steer like an expert that looks ahead.
 
-The expert (:mod:`glasshelm.planning.course_planner`) simulates some 760 manoeuvres
-ahead and names the best course, so the actor learns on which side to pass. Every
-iteration
+The expert is the simulated critic (:mod:`glasshelm.planning.simulated_critic`): it values
+some 770 manoeuvres and names the best course, so the actor learns on which side to pass.
+Every iteration
 
 1. draws fresh encounters (:mod:`glasshelm.training.encounter_mix`);
 2. simulates them, each segment of an episode steered by the expert with probability β
@@ -25,23 +25,28 @@ from jaxtyping import Array, Float, Int, PRNGKeyArray
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation, empty_observation
 from glasshelm.env.step import EnvState
+from glasshelm.explanation.manoeuvre_explanation import choose
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.ship_batch import Packed
-from glasshelm.planning.course_planner import CourseSettings, action_gap, plan_course
+from glasshelm.planning.manoeuvres import ManoeuvreTable
+from glasshelm.planning.simulated_critic import ManoeuvreCosts, SimulatedCritic
 from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
+from glasshelm.training.action_gap import action_gap
 from glasshelm.training.encounter_mix import EncounterMix
 from glasshelm.training.vector_env import reset_batch, step_batch
 
 
 @dataclasses.dataclass(frozen=True)
 class DaggerSettings:
-    """How the expert plans, on what it is asked, and how the actor learns from it."""
+    """What the expert compares, on what it is asked, and how the actor learns from it."""
 
-    expert: CourseSettings = dataclasses.field(default_factory=CourseSettings)
+    #: The manoeuvres that the expert compares, and what counts as good.
+    table: ManoeuvreTable = dataclasses.field(default_factory=ManoeuvreTable)
+    costs: ManoeuvreCosts = dataclasses.field(default_factory=ManoeuvreCosts)
     mix: EncounterMix = dataclasses.field(default_factory=EncounterMix)
     #: An episode is so many segments of so many decisions, each held for so many steps. The
-    #: expert plans once per segment.
+    #: expert chooses once per segment.
     segments: int = 40
     decisions: int = 4
     hold_steps: int = 3
@@ -64,6 +69,10 @@ class DaggerSettings:
     max_gradient_norm: float = 1.0
     #: The actor that is kept is the moving average of the actor at this rate, per update.
     average_rate: float = 0.002
+
+    @property
+    def expert(self) -> SimulatedCritic:
+        return SimulatedCritic(self.table, self.costs)
 
     @property
     def episode_decisions(self) -> int:
@@ -133,15 +142,20 @@ def collect_labels(
     fleet = settings.packed(encounters)
     episodes = encounters.present.shape[0]
 
+    def advice(observation: Observation) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """The course of the best manoeuvre, off the waypoint's bearing, and what is at stake."""
+        manoeuvres, values = settings.expert(observation, ship)
+        gap = action_gap(manoeuvres, values, observation, ship)
+        return manoeuvres.offset_rad[choose(values)], gap
+
     def segment(state: EnvState, key: PRNGKeyArray):
-        plan = jax.vmap(lambda o: plan_course(o, ship, settings.expert))(state.observation)
-        at_stake = jax.vmap(lambda p, o: action_gap(p, o, ship))(plan, state.observation)
+        offset, at_stake = jax.vmap(advice)(state.observation)
         weight = (at_stake + 0.1 * settings.stakes_scale) / (at_stake + settings.stakes_scale)
         actor_steers = jax.random.bernoulli(key, actor_share, (episodes,))
 
         def decide(state: EnvState, _: None):
             observation = state.observation
-            label = jax.vmap(lambda c, o: rudder_towards(c, o, ship))(plan.offset_rad, observation)
+            label = jax.vmap(lambda c, o: rudder_towards(c, o, ship))(offset, observation)
             action = jnp.where(actor_steers, actor(observation, fleet), label)
             state, _ = jax.lax.scan(
                 lambda s, _: (step_batch(encounters, s, action, ship).state, None),
