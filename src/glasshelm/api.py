@@ -26,8 +26,8 @@ def pilot(name: str | Path) -> Pilot:
 
     Args:
         name: A bundled name (``paper-attention``), the same followed by ``-guarded``, a pilot
-            without weights (``straight``, ``large-ship-planner``), a ``.safetensors`` file, or
-            ``package.module:function``, which imports and so runs that module.
+            without weights (``glassbox``, ``straight``, ``large-ship-mpc``), a ``.safetensors``
+            file, or ``package.module:function``, which imports and so runs that module.
 
     Returns:
         The pilot.
@@ -104,12 +104,11 @@ def evaluate(
 
 
 def _contender(given: str | Pilot, ship: str) -> "Contender":
-    from glasshelm.evaluation.contenders import Contender, parse_contenders
+    from glasshelm.evaluation.contenders import contender, parse_contenders
 
     if isinstance(given, str):
         return parse_contenders([given], [ship])[0]
-    ship = ship_of(given) or ship
-    return Contender(given.name, ship, ship_named(ship), (given,))
+    return contender(given.name, ship_of(given) or ship, (given,))
 
 
 def train(

@@ -133,18 +133,18 @@ def test_another_pilot_from_the_frame_shown_on_and_one_beside(tmp_path):
         viewer.until("alarms").ask("pause").until("session")
         viewer.ask("seek", time_s=50.0).until("history", "frame")
         before = list(viewer.frames)
-        viewer.ask("compare", name="paper-planner").until("history", "frame")
-        assert viewer.now["compare"]["pilot"] == "paper-planner"
+        viewer.ask("compare", name="paper-mpc").until("history", "frame")
+        assert viewer.now["compare"]["pilot"] == "paper-mpc"
         assert viewer.now["compare"]["time_s"] == 50.0
-        assert viewer.session["compare"] == "paper-planner"
-        viewer.ask("pilot", name="paper-planner").until("history", "frame")
-        assert viewer.session["pilot"] == "paper-planner"
+        assert viewer.session["compare"] == "paper-mpc"
+        viewer.ask("pilot", name="paper-mpc").until("history", "frame")
+        assert viewer.session["pilot"] == "paper-mpc"
         assert viewer.frames[:-1] == before[:-1]
-        assert viewer.frames[-1]["pilot"] == "paper-planner"
+        assert viewer.frames[-1]["pilot"] == "paper-mpc"
         assert viewer.frames[-1]["own"] == before[-1]["own"]
         viewer.ask("seek", time_s=600.0).until("history", "frame")
         pilots = [frame["pilot"] for frame in viewer.frames]
-        assert pilots == ["straight"] * 10 + ["paper-planner"] * 111
+        assert pilots == ["straight"] * 10 + ["paper-mpc"] * 111
         assert abs(viewer.frames[-1]["own"]["heading_rad"]) > 0.1  # it gives way; straight did not
         viewer.ask("compare", name=None).until("history", "frame")
         assert "compare" not in viewer.now

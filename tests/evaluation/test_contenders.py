@@ -15,9 +15,9 @@ from glasshelm.pilots.straight import StraightPilot
 
 
 def test_a_pilot_without_a_ship_is_sailed_on_each():
-    found = parse_contenders(["straight", "large-ship-planner"])
+    found = parse_contenders(["straight", "large-ship-mpc"])
     assert [(e.name, e.ship_name) for e in found] == [
-        ("straight", "paper"), ("straight", "large_ship"), ("large-ship-planner", "large_ship"),
+        ("straight", "paper"), ("straight", "large_ship"), ("large-ship-mpc", "large_ship"),
     ]  # fmt: skip
     assert [e.ship_name for e in parse_contenders(["straight"], ["paper"])] == ["paper"]
 
@@ -38,7 +38,7 @@ def test_several_training_seeds_are_one_pilot(tmp_path):
         (["=a.safetensors"], "NAME=FILE"),
         (["straight", "straight"], "named twice"),
         (["nobody"], "unknown pilot 'nobody'"),
-        (["mine=paper-planner,large-ship-planner"], "trained on large_ship and paper"),
+        (["mine=paper-mpc,large-ship-mpc"], "trained on large_ship and paper"),
     ],
 )
 def test_bad_names_are_told_in_one_line(given, says):

@@ -72,7 +72,7 @@ def test_who_never_steers_fails_alone_too_and_no_other_ship_is_to_blame(found):
 
 
 def test_the_way_out_stays_open_until_the_turn_takes_too_long(found):
-    # At 0.9°/s the planner needs one to three minutes to get 340 m aside.
+    # At 0.9°/s it needs one to three minutes to get 340 m aside.
     assert found[0].cause is FailureCause.MISSED_LATER
     assert 60.0 < found[0].time_s - found[0].last_way_out_s < 400.0
 

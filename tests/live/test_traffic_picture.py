@@ -166,7 +166,7 @@ def test_ships_out_of_sight_are_known_and_not_shown():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["straight", "large-ship-planner", "large-ship-attention"])
+@pytest.mark.parametrize("name", ["straight", "large-ship-mpc", "large-ship-attention"])
 def test_pilots_take_it_and_nothing_is_compiled_anew(name):
     """Ships come, go and change; what was compiled for the first scenario serves all."""
     pilot, settings = pilot_named(name), EnvSettings()

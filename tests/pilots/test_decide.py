@@ -15,6 +15,7 @@ from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.protocols import Decision, Pilot, override
 from glasshelm.pilots.registry import WITHOUT_WEIGHTS, pilot_named
 from glasshelm.pilots.straight import StraightPilot
+from glasshelm.ship.nomoto import SHIPS
 
 CLOSE = {"rtol": 1e-5, "atol": 1e-5}
 
@@ -35,7 +36,7 @@ def test_from_many_targets_those_are_decided_on_that_a_frame_decides_on():
     selected, slots = select_targets(everybody)
     there = slots[np.asarray(selected.present)]
     decision = glasshelm.explain(pilot, everybody)
-    expected, _, _ = eqx.filter_jit(decide_on)(pilot, everybody, (), 340.0)
+    expected, _, _ = eqx.filter_jit(decide_on)(pilot, everybody, (), SHIPS["paper"])
     np.testing.assert_allclose(decision.rudder, expected.rudder, **CLOSE)
     for found, some in (
         (decision.explanation.attention, expected.explanation.attention),

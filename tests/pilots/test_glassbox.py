@@ -1,6 +1,8 @@
 """The glassbox pilot: its explanation is its decision."""
 
+import dataclasses
 import itertools
+import math
 
 import jax
 import jax.numpy as jnp
@@ -9,9 +11,11 @@ import pytest
 from tests.pilots.scenes import colliding, meeting
 
 import glasshelm
+from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import reset
+from glasshelm.evaluation.contenders import parse_contenders
 from glasshelm.explanation.manoeuvre_explanation import (
     SAME_COURSE_RAD,
     choose,
@@ -20,22 +24,26 @@ from glasshelm.explanation.manoeuvre_explanation import (
 )
 from glasshelm.networks.critics import QValues
 from glasshelm.pilots.batched import BatchedPilot
+from glasshelm.pilots.glassbox import GlassboxPilot
+from glasshelm.pilots.pilot_resolution import resolve_pilot_and_ship
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.planning.simulated_critic import SimulatedCritic
 from glasshelm.planning.situation import situation_of
 from glasshelm.ship.nomoto import SHIPS
 from glasshelm.simulation.rollout import plain_cases, rollout
+from glasshelm.whatif.logged_world import pilot_of
 
 SHIP, CRITIC = SHIPS["paper"], SimulatedCritic()
+SCENARIO = glasshelm.scenario("random:35")
 
 
 @pytest.fixture(scope="module")
 def frames():
-    return list(glasshelm.simulate(glasshelm.scenario("random:35"), pilot_named("paper-glassbox")))
+    return list(glasshelm.simulate(SCENARIO, pilot_named("paper-glassbox")))
 
 
-def seen(*rows) -> Observation:
-    return jax.jit(lambda e: reset(e, SHIP).observation)(meeting(*rows))
+def seen(*rows, ship=SHIP) -> Observation:
+    return jax.jit(lambda e: reset(e, ship).observation)(meeting(*rows, ship=ship))
 
 
 def test_in_every_frame_the_parts_add_up_and_the_chosen_total_is_the_largest(frames):
@@ -133,6 +141,46 @@ def test_it_keeps_clear_where_doing_nothing_collides():
     cases = plain_cases(jax.tree.map(lambda x: x[None], encounter), SHIP, 360)
     measures = rollout(BatchedPilot(pilot), cases, 360)
     assert float(measures.margin[0, 1]) < 0.0
+
+
+def test_the_pilot_for_any_ship_decides_as_the_one_made_for_that_ship(frames):
+    pilot = pilot_named("glassbox")
+    for name, ship in SHIPS.items():
+        observation = seen(colliding(180, tcpa_s=900), ship=ship)
+        found = glasshelm.explain(pilot, observation, ship=ship)
+        made = glasshelm.explain(pilot_named(f"{name.replace('_', '-')}-glassbox"), observation)
+        assert found.rudder == pytest.approx(made.rudder, abs=1e-5)
+        ours, theirs = found.explanation.value, made.explanation.value
+        np.testing.assert_allclose(ours.by_ship, theirs.by_ship, rtol=1e-4, atol=1e-3)
+    for frame, any_ship in zip(frames, glasshelm.simulate(SCENARIO, pilot, 40), strict=False):
+        assert any_ship.pilot == "glassbox"
+        assert any_ship.manoeuvre == frame.manoeuvre
+    contender, large = parse_contenders(["glassbox"])
+    assert (contender.pilots[0].ship, large.pilots[0].ship) == tuple(SHIPS.values())
+
+
+def test_any_ship_is_a_ship_of_any_parameters(tmp_path):
+    """The same program for all; a log names the pilot, and its frames the ship."""
+    nimble = dataclasses.replace(SHIP, gain_1_s=0.2, time_constant_s=15.0, loa_m=60.0)
+    pilot, quick = pilot_named("glassbox"), glasshelm.scenario("random:35", ship=nimble)
+    frames = list(glasshelm.simulate(quick, pilot, 60))
+    made = glasshelm.simulate(quick, GlassboxPilot(nimble, "made"), 60)
+    for one, other in zip(frames, made, strict=True):
+        assert one.manoeuvre == other.manoeuvre
+        assert one.decision.rudder_rad == pytest.approx(other.decision.rudder_rad, abs=1e-5)
+    assert pilot_of(frames[0]) is pilot
+    contrast = glasshelm.why_not(frames, 30, pilot, frames[30].own.heading_rad + 1.0)
+    assert contrast.chosen_rad % math.tau == pytest.approx(
+        frames[30].manoeuvre.course_rad % math.tau, abs=1e-4
+    )
+    with pytest.raises(InputError, match="'glassbox' is for any ship"):
+        pilot.decide(seen(), ())
+
+
+def test_where_nobody_is_named_it_steers():
+    for ship in SHIPS:
+        assert resolve_pilot_and_ship(None, ship) == (pilot_named("glassbox"), SHIPS[ship])
+    assert resolve_pilot_and_ship(None, None)[1] == SHIPS["paper"]
 
 
 def test_the_course_chosen_is_that_of_the_manoeuvre_and_is_steered():

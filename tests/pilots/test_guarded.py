@@ -135,15 +135,57 @@ def test_frames_say_who_has_the_helm_and_what_the_guard_sees(voyage):
     assert leading.guard.target in {t.id for t in leading.targets}
     assert leading.guard.within_s >= 0
     assert -0.05 < leading.guard.depth <= 1
-    for frame in guarded:
-        assert frame.decision.pilot_rudder_rad is not None
-        assert frame.decision.base_rad is None
-        assert all(t.shapley_rad is None and t.leave_one_out_rad is None for t in frame.targets)
-        assert frame.value is not None
-    for frame in own:
-        assert frame.decision.pilot_rudder_rad is None
+    assert all(f.decision.pilot_rudder_rad is not None for f in guarded)
+    assert all(f.decision.pilot_rudder_rad is None for f in own)
+
+
+def test_a_guard_that_steers_explains_itself_as_a_glassbox_pilot_does(voyage):
+    for frame in voyage:
         shares = frame.decision.base_rad + sum(t.shapley_rad for t in frame.targets)
         assert shares == pytest.approx(frame.decision.rudder_rad, abs=1e-4)
+        by_guard = frame.guard.steers
+        assert (frame.manoeuvre is not None) == by_guard
+        assert (frame.alternatives is not None) == (frame.needed is not None) == by_guard
+        assert (frame.value.helm is not None) == by_guard
+        assert (frame.sweep is None) == by_guard
+        assert all((t.q_sweep is None) == by_guard for t in frame.targets)
+        assert all((t.course_shapley_rad is not None) == by_guard for t in frame.targets)
+        for other in frame.alternatives or ():
+            assert other.value.total <= frame.value.total + 1e-4
+            assert sum(other.by_target.values()) == pytest.approx(other.value.collision, abs=1e-4)
+
+
+def test_what_is_compared_is_what_steers(voyage):
+    """The manoeuvre of a frame is chosen for its own instant, and its course is steered."""
+    turned = [f for f in voyage if f.guard.steers and abs(f.own.rate_of_turn_rad_s) < 1e-3]
+    assert turned
+    for frame in turned:
+        error = frame.manoeuvre.course_rad - frame.own.heading_rad
+        error = (error + np.pi) % (2 * np.pi) - np.pi
+        assert np.sign(frame.decision.rudder_rad) == np.sign(error) or abs(error) < 0.05
+
+
+def test_one_may_ask_why_not_of_a_guard_that_steers(voyage):
+    pilot = pilot_named("large-ship-sum-guarded")
+    number = next(k for k, f in enumerate(voyage) if k and f.guard.steers)
+    contrast = glasshelm.why_not(voyage, number, pilot, voyage[number].own.heading_rad + 0.5)
+    manoeuvre = voyage[number].manoeuvre
+    assert contrast.chosen_rad == pytest.approx(manoeuvre.course_rad % (2 * np.pi), abs=1e-3)
+    idle = next(k for k, f in enumerate(voyage) if not f.guard.steers)
+    with pytest.raises(InputError, match="only while its guard steers"):
+        glasshelm.why_not(voyage, idle, pilot, 0.0)
+
+
+def test_one_observation_is_explained_by_whoever_steers():
+    threatened = reset(meeting(colliding(180, tcpa_s=900)), SHIP).observation
+    clear = reset(meeting((9000.0, 9000.0, 0.0, 5.0)), SHIP).observation
+    pilot = GuardedPilot(reckless())
+    engaged, idle = (glasshelm.explain(pilot, seen) for seen in (threatened, clear))
+    assert engaged.guard.steers
+    assert engaged.explanation.manoeuvre is not None
+    assert float(engaged.explanation.value.collision) < 0
+    assert not idle.guard.steers
+    assert idle.explanation.manoeuvre is None
 
 
 def test_the_story_says_that_the_guard_steers_and_why(voyage):

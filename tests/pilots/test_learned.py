@@ -94,14 +94,6 @@ def test_an_unknown_pilot_is_answered_with_the_known_ones(monkeypatch, tmp_path)
         registry.pilot_named("paper-clairvoyant")
 
 
-def test_a_ship_has_a_default_pilot(monkeypatch, tmp_path):
-    monkeypatch.setattr(registry, "WEIGHTS", tmp_path)
-    assert registry.default_pilot("large_ship") == "large-ship-attention"
-    for actor in ("sum", "attention"):
-        (tmp_path / f"large-ship-{actor}.safetensors").touch()
-        assert registry.default_pilot("large_ship") == f"large-ship-{actor}"
-
-
 def test_missing_damaged_and_truncated_files(weights):
     with pytest.raises(CheckpointError, match="no such weights file"):
         glasshelm.load(weights.with_name("none.safetensors"))

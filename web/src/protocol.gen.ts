@@ -140,7 +140,7 @@ export interface SourceEntry {
 export interface PilotEntry {
   name: string;
   title: string;
-  kind: "classical" | "glassbox" | "learned" | "planner";
+  kind: "classical" | "glassbox" | "learned";
   ship: string | null;
 }
 /**
@@ -317,8 +317,8 @@ export interface Target {
  *
  * ``base_rad`` is what it would be with no other ship: with every target's
  * ``shapley_rad`` it adds up to ``rudder_rad``. ``pilot_rudder_rad`` is the rudder that the
- * pilot itself decided where an order or its guard has the helm; the shares of a rudder
- * are then absent.
+ * pilot itself decided where an order or its guard has the helm. The shares are then those of
+ * the guard's rudder; those of an order are absent.
  */
 export interface Decision {
   rudder_rad: number;

@@ -24,7 +24,7 @@ def run(
     another pilot or suite simulates only what is new.
 
     Args:
-        pilots: Bundled names, straight, planners, .safetensors files, package.module:function
+        pilots: Bundled names, straight, glassbox, .safetensors files, package.module:function
             (which runs that module's code; the current folder is searched too);
             NAME-guarded for a learned pilot under guard;
             NAME=A.safetensors,B.safetensors for the training seeds of one pilot.

@@ -16,15 +16,15 @@ from glasshelm.core.errors import InputError
 from glasshelm.pilots.clairvoyant import ORACLE_PILOTS, OraclePilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.pilot_resolution import ship_of
-from glasshelm.pilots.protocols import Pilot
+from glasshelm.pilots.protocols import Pilot, for_ship
 from glasshelm.pilots.registry import pilot_named
 from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 
 #: The code that decides the result of a rollout.
 ROLLOUT_CODE = (
     "ais", "colregs", "core/fast_trig.py", "core/geometry.py", "encounters", "env", "evaluation",
-    "networks", "pilots", "planning", "ship", "simulation/rollout.py",
-    "simulation/sensor_model.py",
+    "explanation/manoeuvre_explanation.py", "networks", "pilots", "planning", "ship",
+    "simulation/rollout.py", "simulation/sensor_model.py",
 )  # fmt: skip
 
 
@@ -60,8 +60,15 @@ def parse_contenders(given: Sequence[str], ships: Sequence[str] = tuple(SHIPS)) 
         pilots = tuple(ORACLE_PILOTS.get(name) or pilot_named(name) for name in names)
         name = label if equals else pilots[0].name
         for ship_name in _ships(name, pilots, ships):
-            contenders.append(Contender(name, ship_name, ship_named(ship_name), pilots))
+            contenders.append(contender(name, ship_name, pilots))
     return check_contenders(contenders)
+
+
+def contender(name: str, ship_name: str, pilots: tuple[Pilot | OraclePilot, ...]) -> Contender:
+    """Pilots on a preset ship; those for any ship are given it as it is supposed to be."""
+    ship = ship_named(ship_name)
+    given = tuple(p if isinstance(p, OraclePilot) else for_ship(p, ship) for p in pilots)
+    return Contender(name, ship_name, ship, given)
 
 
 def check_contenders(contenders: list[Contender]) -> list[Contender]:

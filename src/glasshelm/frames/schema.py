@@ -62,8 +62,8 @@ class Decision(_Part, frozen=True):
 
     ``base_rad`` is what it would be with no other ship: with every target's
     ``shapley_rad`` it adds up to ``rudder_rad``. ``pilot_rudder_rad`` is the rudder that the
-    pilot itself decided where an order or its guard has the helm; the shares of a rudder
-    are then absent.
+    pilot itself decided where an order or its guard has the helm. The shares are then those of
+    the guard's rudder; those of an order are absent.
     """
 
     rudder_rad: float

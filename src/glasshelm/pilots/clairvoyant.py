@@ -18,6 +18,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvSettings, observe_step, reset
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.course_pilot import CourseMethod, CoursePilot
+from glasshelm.pilots.glassbox import best_course
 from glasshelm.pilots.protocols import BatchPolicy, Pilot
 from glasshelm.pilots.registry import METHODS
 from glasshelm.planning.cross_entropy_search import (
@@ -28,6 +29,7 @@ from glasshelm.planning.cross_entropy_search import (
     improve_all,
     rollout_rudders,
 )
+from glasshelm.planning.simulated_critic import SimulatedCritic
 from glasshelm.ship.nomoto import SHIPS, ShipParams, advance, with_drift
 
 #: Encounters searched at once, and steps in which a voyage is reckoned: few programs serve all.
@@ -94,10 +96,21 @@ class Clairvoyant(eqx.Module):
 
 
 def starting_pilots(ship: ShipParams) -> tuple[Pilot, ...]:
-    """Whose voyages the search begins from: the planner, rules, and courses kept to either side."""
-    methods = [METHODS[name] for name in ("planner", "mpc", "cpa", "waypoint")]
+    """Whose voyages the search begins from: glassbox, rules, and courses kept to either side."""
+    methods = [CourseMethod(_valued_most, SimulatedCritic(), period=12)]
+    methods += [METHODS[name] for name in ("mpc", "cpa", "waypoint")]
     methods += [CourseMethod(_steady, float(np.radians(a))) for a in (-90, -45, 45, 90)]
     return tuple(CoursePilot(ship, "start", method) for method in methods)
+
+
+def _valued_most(
+    observation: Observation,
+    offset_rad: Float[Array, ""],
+    ship: ShipParams,
+    critic: SimulatedCritic,
+) -> Float[Array, ""]:
+    """The glassbox pilot's course, chosen once a minute: a start need not be better."""
+    return best_course(critic, observation, ship)
 
 
 def _steady(

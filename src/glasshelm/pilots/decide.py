@@ -12,7 +12,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.padding import bucket_size, pad_observation
 from glasshelm.env.target_selection import select_targets
 from glasshelm.env.training_envelope import check_observation
-from glasshelm.pilots.protocols import Decision, Memory, Pilot, check_pilot
+from glasshelm.pilots.protocols import Decision, Memory, Pilot, check_pilot, for_ship
 from glasshelm.ship.nomoto import SHIPS, ShipParams
 
 
@@ -29,7 +29,7 @@ def select(observation: Observation, loa_m: float | Float[Array, ""]) -> Selecti
 
 
 def decide_on(
-    pilot: Pilot, observation: Observation, memory: Memory, loa_m: float | Float[Array, ""]
+    pilot: Pilot, observation: Observation, memory: Memory, ship: ShipParams
 ) -> tuple[Decision, Memory, Selection]:
     """Choose the targets that matter most, and let the pilot decide on them. Traceable.
 
@@ -37,10 +37,11 @@ def decide_on(
         pilot: Who decides.
         observation: Of any number of targets.
         memory: Of the decision before, or ``pilot.start()``.
-        loa_m: Own ship's length [m], which says who is inside its domain.
+        ship: Own ship. Its length says who is inside its domain, and a pilot for any ship
+            (:class:`~glasshelm.pilots.protocols.AnyShipPilot`) steers it.
     """
-    selection = select(observation, loa_m)
-    decision, memory = pilot.decide(selection.observation, memory)
+    selection = select(observation, ship.loa_m)
+    decision, memory = for_ship(pilot, ship).decide(selection.observation, memory)
     return decision, memory, selection
 
 
@@ -62,7 +63,8 @@ def explain(
         ship: Own ship; by default the pilot's own, or the paper's.
 
     Returns:
-        The decision in NumPy arrays, its values in the slots of ``observation``.
+        The decision in NumPy arrays, its values in the slots of ``observation``. Where a guard
+        steers, the explanation is the guard's.
 
     Raises:
         InputError: It is no pilot, or a feature of the waypoint or a target is no possible number.
@@ -70,29 +72,32 @@ def explain(
     check_pilot(pilot)
     check_observation(observation)
     count = observation.present.shape[-1]
-    own_ship: ShipParams = ship or getattr(pilot, "ship", SHIPS["paper"])
+    own_ship: ShipParams = ship or getattr(pilot, "ship", None) or SHIPS["paper"]
     decision, selection = jax.device_get(
         _decide(
             pilot,
             pad_observation(observation, bucket_size(count)),
             pilot.start() if memory is None else memory,
-            jnp.float32(own_ship.loa_m),
+            jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), own_ship),
         )
     )
-    if decision.explanation is not None:
-        placed = _in_slots(decision.explanation, selection, count)
+    if decision.why is not None:
+        placed = _in_slots(decision.why, selection, count)
         decision = eqx.tree_at(lambda d: d.explanation, decision, placed)
     if decision.guard is not None and count:
+        guards = _in_slots(decision.guard.explanation, selection, count)
         slot = selection.slots[decision.guard.lookahead.slot]
-        decision = eqx.tree_at(lambda d: d.guard.lookahead.slot, decision, slot)
+        places = (lambda d: d.guard.explanation, lambda d: d.guard.lookahead.slot)
+        for place, value in zip(places, (guards, slot), strict=True):
+            decision = eqx.tree_at(place, decision, value)
     return decision
 
 
 @eqx.filter_jit
 def _decide(
-    pilot: Pilot, observation: Observation, memory: Memory, loa_m: Float[Array, ""]
+    pilot: Pilot, observation: Observation, memory: Memory, ship: ShipParams
 ) -> tuple[Decision, Selection]:
-    decision, _, selection = decide_on(pilot, observation, memory, loa_m)
+    decision, _, selection = decide_on(pilot, observation, memory, ship)
     return decision, selection
 
 

@@ -7,8 +7,12 @@ decision is chosen anew, which makes of manoeuvres that are fixed for their dura
 law (open-loop feedback control, Bertsekas).
 """
 
-import equinox as eqx
+import dataclasses
 
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
 from glasshelm.explanation.manoeuvre_explanation import choose, explain_manoeuvre
 from glasshelm.pilots.protocols import Decision, Memory
@@ -17,19 +21,39 @@ from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
 
-class GlassboxPilot(eqx.Module):
-    """Steers by the argmax of a critic of manoeuvres, for one ship."""
+def best_course(
+    critic: SimulatedCritic, observation: Observation, ship: ShipParams
+) -> Float[Array, ""]:
+    """The course that the manoeuvre valued most begins with, off the waypoint's bearing [rad]."""
+    manoeuvres, values = critic(observation, ship)
+    return manoeuvres.offset_rad[choose(values)]
 
-    ship: ShipParams = eqx.field(static=True)
-    name: str = eqx.field(static=True)
+
+class GlassboxPilot(eqx.Module):
+    """Steers by the argmax of a critic of manoeuvres: one ship, or the ship that it is given.
+
+    Attributes:
+        ship: The ship that it was made for; None: any, and :meth:`for_ship` gives it one.
+        name: What people call it.
+        critic: What values the manoeuvres.
+    """
+
+    ship: ShipParams | None = None
+    name: str = eqx.field(static=True, default="glassbox")
     critic: SimulatedCritic = SimulatedCritic()
+
+    def for_ship(self, ship: ShipParams) -> "GlassboxPilot":
+        return self if self.ship is not None else dataclasses.replace(self, ship=ship)
 
     def start(self) -> Memory:
         return ()
 
     def decide(self, observation: Observation, memory: Memory) -> tuple[Decision, Memory]:
         """The rudder towards the best manoeuvre's course, and the whole comparison."""
-        manoeuvres, values = self.critic(observation, self.ship)
+        ship = self.ship
+        if ship is None:
+            raise InputError(f"pilot {self.name!r} is for any ship: for_ship(ship) gives it one")
+        manoeuvres, values = self.critic(observation, ship)
         offset = manoeuvres.offset_rad[choose(values)]
-        why = explain_manoeuvre(manoeuvres, values, observation, self.ship, self.critic.costs)
-        return Decision(rudder_towards(offset, observation, self.ship), why), memory
+        why = explain_manoeuvre(manoeuvres, values, observation, ship, self.critic.costs)
+        return Decision(rudder_towards(offset, observation, ship), why), memory

@@ -1,13 +1,14 @@
-"""A learned pilot under guard: while its own way brings a ship into the domain, the planner steers.
+"""A learned pilot under guard: while its own way brings a ship into the domain, the guard steers.
 
 Run-time assurance after the Simplex architecture (Sha 2001). Every minute the pilot is sailed
 ahead (:mod:`glasshelm.planning.lookahead`). While that way keeps clear of every ship it
-steers; while it does not, own ship is steered on the course that the planner finds
-(:mod:`glasshelm.planning.course_planner`). Guard and planner see what the pilot sees, and take
-every target to keep straight on.
+steers; while it does not, own ship is steered by the guard, a glassbox pilot
+(:mod:`glasshelm.pilots.glassbox`), which chooses anew at every decision and says why. Guard and
+pilot see the same, and the guard takes every target to keep straight on.
 """
 
 import dataclasses
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -19,10 +20,11 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.pilots.batched import in_step
+from glasshelm.pilots.glassbox import GlassboxPilot, best_course
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.protocols import Decision, GuardStatus, Overruled, Pilot
-from glasshelm.planning.course_planner import CourseSettings, plan_course
 from glasshelm.planning.lookahead import Lookahead, look_ahead
+from glasshelm.planning.simulated_critic import ManoeuvreCosts, SimulatedCritic
 from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
@@ -34,28 +36,26 @@ GUARDED = "-guarded"
 class GuardSettings:
     """How the guard watches.
 
-    It looks every ``period`` decisions as far ahead as the planner does, and takes
+    It looks every ``period`` decisions as far ahead as its critic does, and takes
     over where the pilot's way brings a ship nearer to own ship's domain than ``slack`` (in
-    Eq. 13, unclipped). Its planner keeps off the others' midst at twice the usual weight:
+    Eq. 13, unclipped). It keeps off the others' midst at twice the usual weight:
     where an intrusion cannot be helped, a collision must not follow.
     """
 
     period: int = 12
     slack: float = 0.05
-    planner: CourseSettings = dataclasses.field(
-        default_factory=lambda: CourseSettings(near_weight=2000.0)
+    costs: ManoeuvreCosts = dataclasses.field(
+        default_factory=lambda: ManoeuvreCosts(near_weight=2000.0)
     )
 
 
 class GuardState(eqx.Module):
     """What the guard remembers from its last look.
 
-    ``engaged``: it has the helm, on a course ``offset_rad`` off the bearing of the waypoint.
-    ``age``: decisions since the start.
+    ``engaged``: it has the helm. ``age``: decisions since the start.
     """
 
     engaged: Bool[Array, "*b"]
-    offset_rad: Float[Array, "*b"]
     age: Int[Array, "*b"]
 
 
@@ -85,18 +85,24 @@ class GuardedPilot(eqx.Module):
     def ship(self) -> ShipParams:
         return self.pilot.trained.ship
 
+    @property
+    def guard(self) -> GlassboxPilot:
+        """Who steers while the pilot's own way does not keep clear."""
+        return GlassboxPilot(self.ship, self.name, SimulatedCritic(costs=self.settings.costs))
+
     def start(self) -> GuardState:
-        return GuardState(jnp.zeros((), bool), jnp.zeros(()), jnp.zeros((), jnp.int32))
+        return GuardState(jnp.zeros((), bool), jnp.zeros((), jnp.int32))
 
     def decide(self, observation: Observation, memory: GuardState) -> tuple[Decision, GuardState]:
-        """The pilot's own rudder or the guard's, and what the pilot's networks say of it."""
+        """The pilot's own rudder or the guard's, and why by whoever of them steers."""
         rudder, memory = self._steer(observation, memory)
         own = jnp.where(memory.engaged, self.pilot.actor(observation), rudder)
+        pilots, guards = self._explained(observation, rudder, memory.engaged)
         decision = Decision(
             rudder,
-            self.explain(observation, rudder),
+            pilots,
             Overruled(memory.engaged, own),
-            GuardStatus(memory.engaged, self._look_ahead(observation)),
+            GuardStatus(memory.engaged, self._look_ahead(observation), guards),
         )
         return decision, memory
 
@@ -104,34 +110,50 @@ class GuardedPilot(eqx.Module):
         """What the pilot's networks say of a rudder."""
         return self.pilot.explain(observation, rudder)
 
+    def _explained(
+        self, observation: Observation, rudder: Float[Array, ""], engaged: Bool[Array, ""]
+    ) -> tuple[Explanation, Explanation]:
+        """The pilot's explanation and the guard's; all of it 0 of the one that does not steer."""
+
+        def pilots() -> Explanation:
+            return self.explain(observation, rudder)
+
+        def guards() -> Explanation | None:
+            return self.guard.decide(observation, ())[0].explanation
+
+        return jax.lax.cond(
+            engaged,
+            lambda: (_zeros(jax.eval_shape(pilots)), guards()),
+            lambda: (pilots(), _zeros(jax.eval_shape(guards))),
+        )
+
     def _look_ahead(self, observation: Observation) -> Lookahead:
         """Where the pilot's own way leads from here."""
         settings = self.settings
-        horizon_s = settings.planner.horizon_s
+        horizon_s = settings.costs.horizon_s
         return look_ahead(self.pilot.actor, observation, self.ship, horizon_s, settings.slack)
 
     @in_step
     def _steer(
         self, observation: Observation, memory: GuardState
     ) -> tuple[Float[Array, " w"], GuardState]:
-        engaged, offset = jax.lax.cond(
+        engaged = jax.lax.cond(
             memory.age[0] % self.settings.period == 0,
-            lambda: self._look(observation),
-            lambda: (memory.engaged, memory.offset_rad),
+            lambda: jnp.isfinite(jax.vmap(self._look_ahead)(observation).within_s),
+            lambda: memory.engaged,
         )
+        # Encounter by encounter: the guard's choice costs something only where it steers.
+        first = jnp.argsort(~engaged)
+
+        def steered(k: Int[Array, ""], rudder: Float[Array, " w"]) -> Float[Array, " w"]:
+            one = jax.tree.map(lambda x: x[first[k]], observation)
+            offset = best_course(self.guard.critic, one, self.ship)
+            return rudder.at[first[k]].set(rudder_towards(offset, one, self.ship))
+
         own = jax.vmap(self.pilot.actor)(observation)
-        planned = jax.vmap(lambda o, s: rudder_towards(o, s, self.ship))(offset, observation)
-        return jnp.where(engaged, planned, own), GuardState(engaged, offset, memory.age + 1)
+        rudder = jax.lax.fori_loop(0, engaged.sum(), steered, own)
+        return rudder, GuardState(engaged, memory.age + 1)
 
-    def _look(self, observation: Observation) -> tuple[Bool[Array, " w"], Float[Array, " w"]]:
-        """In which encounters the guard takes over, and on which course; planned only if in any."""
-        engaged = jnp.isfinite(jax.vmap(self._look_ahead)(observation).within_s)
-        offset = jax.lax.cond(
-            engaged.any(),
-            lambda: jax.vmap(self._planned)(observation),
-            lambda: jnp.zeros_like(engaged, jnp.float32),
-        )
-        return engaged, offset
 
-    def _planned(self, observation: Observation) -> Float[Array, ""]:
-        return plan_course(observation, self.ship, self.settings.planner).offset_rad
+def _zeros(shapes: Any) -> Any:
+    return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)

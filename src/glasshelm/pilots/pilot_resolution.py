@@ -6,7 +6,7 @@ import numpy as np
 
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import default_pilot, pilot_named
+from glasshelm.pilots.registry import DEFAULT_PILOT, pilot_named
 from glasshelm.ship.nomoto import SHIPS, ShipParams, ship_named
 
 #: The ship where neither a pilot with a ship of its own nor a ship is named.
@@ -14,8 +14,8 @@ DEFAULT_SHIP = "paper"
 
 
 def resolve_pilot_and_ship(pilot: str | None, ship: str | None) -> tuple[Pilot, ShipParams]:
-    """The pilot and the ship of these names; by default the ship's pilot, the pilot's ship."""
-    chosen = pilot_named(default_pilot(ship or DEFAULT_SHIP) if pilot is None else pilot)
+    """The pilot and the ship of these names; by default :data:`DEFAULT_PILOT`, the pilot's ship."""
+    chosen = pilot_named(DEFAULT_PILOT if pilot is None else pilot)
     return chosen, ship_named(ship_for(chosen, ship))
 
 

@@ -11,6 +11,7 @@ from glasshelm.env.observe import Observation
 from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.planning.lookahead import Lookahead
+from glasshelm.ship.nomoto import ShipParams
 
 #: What a pilot carries from one decision to the next: any pytree, () for none.
 Memory = Any
@@ -29,10 +30,17 @@ class Overruled(eqx.Module):
 
 
 class GuardStatus(eqx.Module):
-    """Of a guarded pilot: whether its guard steers, and where the pilot's own way leads."""
+    """Of a guarded pilot: whether its guard steers, and where the pilot's own way leads.
+
+    Attributes:
+        steers: The guard has the helm.
+        lookahead: What lies on the pilot's own way.
+        explanation: Why the guard's rudder; all 0 while it does not steer.
+    """
 
     steers: Bool[Array, "*b"]
     lookahead: Lookahead
+    explanation: Explanation
 
 
 class Decision(eqx.Module):
@@ -43,7 +51,8 @@ class Decision(eqx.Module):
 
     Attributes:
         rudder: A fraction of the limit in [−1, 1], starboard positive: what is steered.
-        explanation: Why; None for a pilot without networks.
+        explanation: Why the pilot's rudder; None for a pilot that cannot say. While a guard
+            steers, :attr:`why` holds.
         overruled: Whether the rudder is another than the pilot's own; None if it never is.
         guard: What the guard sees; None without a guard.
     """
@@ -53,6 +62,24 @@ class Decision(eqx.Module):
     overruled: Overruled | None = None
     guard: GuardStatus | None = None
 
+    @property
+    def why(self) -> Explanation | None:
+        """The explanation of what is steered, by the pilot or its guard.
+
+        None where an order has replaced a manoeuvre. Of one decision, on the host.
+        """
+        if self.guard is not None and self.guard.steers:
+            return self.guard.explanation
+        of_manoeuvre = self.explanation is not None and self.explanation.manoeuvre is not None
+        return None if of_manoeuvre and self.is_ordered else self.explanation
+
+    @property
+    def is_ordered(self) -> bool:
+        """Whether neither pilot nor guard decides the rudder. Of one decision, on the host."""
+        if self.overruled is None or not self.overruled.active:
+            return False
+        return self.guard is None or not self.guard.steers
+
 
 @runtime_checkable
 class Pilot(Protocol):
@@ -60,7 +87,8 @@ class Pilot(Protocol):
 
     ``decide`` is written for one observation, pure and traceable: ``jax.vmap`` makes batches,
     and the same pilot sails one ship on a page and ten thousand encounters in a table.
-    A pilot made for one ship says so in an attribute ``ship`` (ShipParams).
+    A pilot made for one ship says so in an attribute ``ship`` (ShipParams); one for any ship is
+    an :class:`AnyShipPilot`, or need not know which.
     """
 
     @property
@@ -82,6 +110,20 @@ class Pilot(Protocol):
             memory: Of the decision before, or :meth:`start`.
         """
         ...
+
+
+@runtime_checkable
+class AnyShipPilot(Pilot, Protocol):
+    """A pilot that is given the ship it steers before it decides."""
+
+    def for_ship(self, ship: ShipParams) -> Pilot:
+        """The pilot of this ship; itself if it was made for another."""
+        ...
+
+
+def for_ship(pilot: Pilot, ship: ShipParams) -> Pilot:
+    """The pilot, given the ship if it is for any."""
+    return pilot.for_ship(ship) if isinstance(pilot, AnyShipPilot) else pilot
 
 
 def check_pilot(pilot: object) -> None:
@@ -140,5 +182,5 @@ def override(
     if isinstance(pilot, TrainedPilot):
         explanation = pilot.explain(observation, steered)
     if guard is not None:
-        guard = GuardStatus(guard.steers & ~active, guard.lookahead)
+        guard = GuardStatus(guard.steers & ~active, guard.lookahead, guard.explanation)
     return Decision(steered, explanation, Overruled(own.active | active, own.pilot_rudder), guard)

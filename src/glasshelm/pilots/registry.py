@@ -10,15 +10,16 @@ from glasshelm.pilots.fuzzy_risk import FUZZY
 from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.guarded import GUARDED, GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot, read_pilot
-from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.potential_field import POTENTIAL
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.scenario_mpc import SCENARIOS
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.pilots.velocity_obstacles import VELOCITY, VELOCITY_COLREGS
 from glasshelm.pilots.waypoint import WAYPOINT
-from glasshelm.ship.nomoto import SHIPS, ship_named
+from glasshelm.ship.nomoto import SHIPS
 
+#: Who steers where nobody is named: it takes any ship, and its explanation is its decision.
+DEFAULT_PILOT = "glassbox"
 WEIGHTS = Path(__file__).parent.parent / "weights"
 SUFFIX = ".safetensors"
 #: Methods (docs/explanation/classical-pilots.md), each a pilot for each preset ship.
@@ -30,11 +31,11 @@ METHODS: dict[str, CourseMethod] = {
     "apf": POTENTIAL,
     "fuzzy": FUZZY,
     "mpc": SCENARIOS,
-    "planner": PLANNER,
 }
-#: Pilots without weights, by name: ``straight``, and ``paper-cpa``, ``large-ship-planner``, …
+#: Pilots without weights, by name: ``straight``, ``glassbox``, ``paper-cpa``, ``large-ship-mpc``, …
 WITHOUT_WEIGHTS: dict[str, Pilot] = {
     "straight": StraightPilot(),
+    "glassbox": GlassboxPilot(),
     **{
         name: CoursePilot(SHIPS[ship], name, method)
         for kind, method in METHODS.items()
@@ -59,17 +60,6 @@ def pilot_names() -> tuple[str, ...]:
         Those bundled, the same guarded, and those without weights.
     """
     return (*bundled_pilots(), *(name + GUARDED for name in bundled_pilots()), *WITHOUT_WEIGHTS)
-
-
-def default_pilot(ship: str) -> str:
-    """The name of the pilot that steers a preset ship when nobody names one.
-
-    The bundled attention pilot, which explains most; the sum pilot where only that is there.
-    InputError names the ships if it is none of them.
-    """
-    ship_named(ship)
-    choices = [f"{ship.replace('_', '-')}-{actor}" for actor in ("attention", "sum")]
-    return next((name for name in choices if name in bundled_pilots()), choices[0])
 
 
 def pilot_named(name: str | Path) -> Pilot:

@@ -96,11 +96,11 @@ def _what(voyage: Series, frame: Frame) -> str:
 
 def _why(voyage: Series, frame: Frame, kinds: EncounterTypes | None) -> str:
     last, rudder = len(voyage.rudder_rad) - 1, float(voyage.rudder_rad[-1])
-    another = override_text([frame])
-    if another:
-        return capitalised(another)
+    told = [override_text([frame])]
     if frame.manoeuvre is not None:
-        return capitalised(manoeuvre_reasons(frame))
+        told.append(manoeuvre_reasons(frame))
+    if any(told):
+        return ". ".join(capitalised(text) for text in told if text)
     if abs(rudder) < RELEASE_RAD:
         return _nearest(frame)
     present = Episode(last, last, rudder)

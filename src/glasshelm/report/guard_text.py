@@ -43,6 +43,14 @@ def who_decides(frames: Sequence[Frame]) -> str:
     return "the guard" if 2 * guarded > len(frames) else "the pilot"
 
 
+def who_has_the_helm(frame: Frame) -> str:
+    """Whose decision a frame tells: the pilot's, the guard's, or that of an order."""
+    if frame.guard is not None and frame.guard.steers:
+        return "the guard"
+    ordered = frame.decision is not None and frame.decision.pilot_rudder_rad is not None
+    return "an order" if ordered else "the pilot"
+
+
 def _applied(frame: Frame) -> bool:
     return frame.decision is None or frame.decision.applied
 

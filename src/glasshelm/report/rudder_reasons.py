@@ -22,7 +22,7 @@ from glasshelm.frames.phrases import (
     side,
 )
 from glasshelm.frames.series import Series, ShipSeries
-from glasshelm.report.guard_text import override_text
+from glasshelm.report.guard_text import override_text, who_decides, who_has_the_helm
 from glasshelm.report.rudder_shares import (
     NEGLIGIBLE_RAD,
     RudderShares,
@@ -52,17 +52,16 @@ def reason_text(voyage: Series, episode: Episode, told_at: int | None = None) ->
     k = episode.start if told_at is None else told_at
     at = frames_with_rudder(voyage, episode)
     another = override_text([voyage.frames[i] for i in at])
-    if another:
-        return f"; {another}"
-    at = _decided_by_pilot(voyage, at)
+    at = _decided_by(who_decides([voyage.frames[i] for i in at]), voyage, at)
     cut = rudder_shares(voyage, at)
     if cut is None:
-        return f"; {_nearest(voyage, k)}"
+        return f"; {another or _nearest(voyage, k)}"
+    begins = f"; {another}; " if another else ": "
     gains = _gains(cut, k, _mean(voyage.waypoint_bearing_rad, at))
     if not gains:
-        return ": hardly any rudder, for nobody in particular"
+        return f"{begins}hardly any rudder, for nobody in particular"
     gains = gains.replace("° ", "° of rudder ", 1)
-    return ": " + "; ".join(part for part in (gains, _turned(cut), _held(cut, k)) if part)
+    return begins + "; ".join(part for part in (gains, _turned(cut), _held(cut, k)) if part)
 
 
 def _gains(cut: RudderShares, k: int, waypoint_rad: float) -> str:
@@ -134,6 +133,7 @@ def disagreement_text(
     """
     k = episode.start if told_at is None else told_at
     at = frames_with_rudder(voyage, episode)
+    at = _decided_by(who_decides([voyage.frames[i] for i in at]), voyage, at)
     cut = rudder_shares(voyage, at)
     moving = [] if cut is None else [one.ship for one in _told(cut.supporting)]
     said = [_attended(voyage, at, moving), _valued(voyage, at)]
@@ -190,10 +190,9 @@ def frames_with_rudder(voyage: Series, episode: Episode) -> np.ndarray:
     return meant if meant.size else at
 
 
-def _decided_by_pilot(voyage: Series, at: np.ndarray) -> np.ndarray:
-    """Those of some frames in which the pilot itself has the helm; shares are of no others."""
-    decided = [voyage.frames[k].decision for k in at]
-    return at[[d is None or d.pilot_rudder_rad is None for d in decided]]
+def _decided_by(who: str, voyage: Series, at: np.ndarray) -> np.ndarray:
+    """Those of some frames in which the pilot, or its guard, has the helm."""
+    return at[[who_has_the_helm(voyage.frames[k]) == who for k in at]]
 
 
 def _mean(row: np.ndarray, at: np.ndarray) -> float:

@@ -88,7 +88,7 @@ def explain_step(
     """
     time = state.step * settings.step_s
     traffic, known = _traffic(encounter, state.own, known, time, ship, lost_shown_s)
-    decision, memory, selection = decide_on(pilot, state.observation, memory, ship.loa_m)
+    decision, memory, selection = decide_on(pilot, state.observation, memory, ship)
     if ordered is not None:
         decision = override(pilot, selection.observation, decision, ordered.rudder, ordered.active)
     step = ExplainedStep(

@@ -63,7 +63,7 @@ class FrameBuilder:
     def frame(self, moment: ExplainedStep, time_s: float, reward: Reward | None) -> Frame:
         """The frame of a moment. InputError if the pilot was shown or decides no number."""
         self._check(moment)
-        why = moment.decision.explanation
+        why = moment.decision.why
         return Frame(
             time_s=time_s,
             pilot=self._pilot.name,
@@ -113,7 +113,7 @@ class FrameBuilder:
         )
 
     def _sweep(self, moment: ExplainedStep) -> Sweep | None:
-        why = moment.decision.explanation
+        why = moment.decision.why
         if why is None or why.sweep is None:
             return None
         sweep = why.sweep
@@ -124,13 +124,12 @@ class FrameBuilder:
         )
 
     def _decision(self, moment: ExplainedStep) -> Decision:
-        decision, why = moment.decision, moment.decision.explanation
-        rudder = _plain(decision.rudder * self._limit)
+        decision, why, own, alone = moment.decision, moment.decision.why, None, None
         if decision.overruled is not None and decision.overruled.active:
             own = _plain(decision.overruled.pilot_rudder * self._limit)
-            return Decision(rudder, self._applied, pilot_rudder_rad=own)
-        alone = None if why is None else _plain(why.rudder_shapley.none * self._limit)
-        return Decision(rudder, self._applied, alone)
+        if why is not None and not decision.is_ordered:
+            alone = _plain(why.rudder_shapley.none * self._limit)
+        return Decision(_plain(decision.rudder * self._limit), self._applied, alone, own)
 
     def _guard(self, moment: ExplainedStep) -> Guard | None:
         guard = moment.decision.guard
@@ -144,7 +143,7 @@ class FrameBuilder:
 
     def _manoeuvre(self, moment: ExplainedStep) -> dict[str, Any]:
         """What a pilot that chooses manoeuvres compared, as fields of the frame."""
-        why = moment.decision.explanation
+        why = moment.decision.why
         if why is None or (m := why.manoeuvre) is None:
             return {}
         heading, ids = moment.own.heading_rad, self._ids(moment)
@@ -244,7 +243,7 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
     place = {int(i): k for k, i in enumerate(moment.slots) if moment.observation.present[k]}
     places = [place.get(int(i)) for i in shown]
     columns: Columns = {"selected": [k is not None for k in places]}
-    e, overruled = moment.decision.explanation, moment.decision.overruled
+    e = moment.decision.why
     if e is None:
         return columns
     given: Columns = {}
@@ -255,7 +254,7 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
         given["q_sweep"] = _plain(e.sweep.value.by_ship.T)
     if e.attention is not None:
         given["attention"] = _plain(e.attention)
-    if overruled is None or not overruled.active:
+    if not moment.decision.is_ordered:
         given |= _of_own_rudder(e, places, limit_rad)
     for name, values in given.items():
         columns[name] = [None if k is None else values[k] for k in places]
@@ -263,7 +262,7 @@ def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Colu
 
 
 def _of_own_rudder(e: Explanation, places: list[int | None], limit_rad: float) -> Columns:
-    """What is true only of a rudder that the pilot itself decided: whose it is."""
+    """What is true only of a rudder that pilot or guard decided: whose it is."""
     given: Columns = {}
     if e.intention is not None:
         given["intention"] = _plain(e.intention.increment)

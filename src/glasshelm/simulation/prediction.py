@@ -43,7 +43,7 @@ def predict_track(
         carry: tuple[EnvState, Memory], _: None
     ) -> tuple[tuple[EnvState, Memory], ShipState]:
         state, memory = carry
-        decision, memory, _selection = decide_on(pilot, state.observation, memory, ship.loa_m)
+        decision, memory, _selection = decide_on(pilot, state.observation, memory, ship)
         rudder = decision.rudder * ship.rudder_limit_rad
         after = step(ahead, state, rudder, ship, settings).state
         return (after, memory), after.own

@@ -180,7 +180,7 @@ def _replay(
     """What is remembered once a logged instant has been seen, and (``decides``) decided upon."""
     known = push_frame(known, observe(own, waypoint, motion, motion.present), first)
     if decides:
-        _, memory, _ = decide_on(pilot, known, memory, ship.loa_m)
+        _, memory, _ = decide_on(pilot, known, memory, ship)
     return known, memory
 
 

@@ -19,9 +19,11 @@ from glasshelm.frames.schema import Frame
 from glasshelm.networks.critics import QValues
 from glasshelm.pilots.decide import select
 from glasshelm.pilots.glassbox import GlassboxPilot
+from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.protocols import Pilot, check_pilot
 from glasshelm.planning.manoeuvres import Manoeuvres
 from glasshelm.planning.situation import situation_of
+from glasshelm.ship.nomoto import ShipParams
 from glasshelm.whatif.branch import branch_at
 
 Tree = TypeVar("Tree")
@@ -83,7 +85,7 @@ def why_not(frames: Sequence[Frame], number: int, pilot: Pilot, course_rad: floa
     Args:
         frames: The frames of a log, in order.
         number: Index of the frame.
-        pilot: A pilot that chooses manoeuvres.
+        pilot: A pilot that chooses manoeuvres; a guarded one, where its guard steers.
         course_rad: The true course that is asked about [rad].
 
     Returns:
@@ -93,16 +95,13 @@ def why_not(frames: Sequence[Frame], number: int, pilot: Pilot, course_rad: floa
         InputError: There is no such frame, or the pilot does not compare courses.
     """
     check_pilot(pilot)
-    if not isinstance(pilot, GlassboxPilot):
-        raise InputError(
-            f"pilot {pilot.name!r} compares no courses: choose one that does, as paper-glassbox"
-        )
     branch = branch_at(frames, number, pilot, 0)
+    deciding = _comparing(pilot, branch.start)
     heading = branch.start.own.heading_rad
     relative = (course_rad - heading + np.pi) % (2 * np.pi) - np.pi
     observation = branch.initial.state.observation
     m, q, other, q_other, slots, bearing = jax.device_get(
-        _compare(pilot, observation, jnp.float32(relative), branch.ship.loa_m)
+        _compare(deciding, observation, jnp.float32(relative), branch.ship)
     )
     infos = branch.scenario.targets
     gains = {
@@ -121,6 +120,22 @@ def why_not(frames: Sequence[Frame], number: int, pilot: Pilot, course_rad: floa
     )
 
 
+def _comparing(pilot: Pilot, frame: Frame) -> GlassboxPilot:
+    """Who compared courses for a frame. InputError if nobody did."""
+    if isinstance(pilot, GuardedPilot):
+        if frame.guard is not None and frame.guard.steers:
+            return pilot.guard
+        raise InputError(
+            f"pilot {pilot.name!r} compares courses only while its guard steers, and at "
+            f"{frame.time_s:g} s it does not"
+        )
+    if not isinstance(pilot, GlassboxPilot):
+        raise InputError(
+            f"pilot {pilot.name!r} compares no courses: choose one that does, as glassbox"
+        )
+    return pilot
+
+
 def _name(infos: Sequence[TargetInfo], slot: int) -> str:
     """A ship's name, with its id where another has the same."""
     name = infos[slot].name
@@ -133,15 +148,15 @@ def _compare(
     pilot: GlassboxPilot,
     observation: Observation,
     course_rad: Float[Array, ""],
-    loa_m: float | Array,
+    ship: ShipParams,
 ) -> tuple[Manoeuvres, QValues, Manoeuvres, QValues, Array, Float[Array, ""]]:
     """The chosen manoeuvre and the best along a course, with their values."""
-    selection = select(observation, loa_m)
-    seen = selection.observation
-    bearing = situation_of(seen, pilot.ship).bearing_rad
-    manoeuvres, values = pilot.critic(seen, pilot.ship)
+    selection = select(observation, ship.loa_m)
+    seen, own_ship = selection.observation, pilot.ship or ship
+    bearing = situation_of(seen, own_ship).bearing_rad
+    manoeuvres, values = pilot.critic(seen, own_ship)
     others = pilot.critic.table.along(course_rad, bearing)
-    other_values = pilot.critic.value(others, seen, pilot.ship)
+    other_values = pilot.critic.value(others, seen, own_ship)
     row, other = choose(values), choose(other_values)
 
     def at(part: Tree, row: Int[Array, ""]) -> Tree:

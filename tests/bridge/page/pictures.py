@@ -16,7 +16,7 @@ SOURCE = "random:35"
 #: By pilot: when, and the picture of each palette.
 PICTURES = {
     "paper-attention": (255, {"bridge-day": "day", "bridge-night": "night"}),
-    "paper-glassbox": (60, {"bridge-glassbox": "day"}),
+    "glassbox": (60, {"bridge-glassbox": "day"}),
 }
 
 

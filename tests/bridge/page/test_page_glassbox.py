@@ -12,7 +12,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
-    begun = serve("random:35", "--pilot", "paper-glassbox")
+    begun = serve("random:35")
     begun.ask({"type": "pause"}, {"type": "seek", "time_s": 60})
     return begun
 

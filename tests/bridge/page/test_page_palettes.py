@@ -17,7 +17,7 @@ OpenPage = Callable[..., Any]
 
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
-    server = serve("gulf-of-finland")
+    server = serve("gulf-of-finland", "--pilot", "paper-attention")
     server.ask({"type": "pause"}, {"type": "seek", "time_s": 300})
     return server
 

@@ -26,7 +26,7 @@ OpenPage = Callable[..., Any]
 
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
-    return serve("random:35")
+    return serve("random:35", "--pilot", "paper-attention")
 
 
 @pytest.fixture(autouse=True)

@@ -19,7 +19,7 @@ OpenPage = Callable[..., Any]
 def test_the_page_reports_a_lost_server_and_reconnects(
     serve: Callable[..., Server], open_page: OpenPage
 ) -> None:
-    server = serve("imazu:5")
+    server = serve("imazu:5", "--pilot", "paper-attention")
     page = open_page(server)
     wait_for_words(page, "gh-top-bar", "Playing")
     wait_until_equal(page.locator("gh-plan .stale-banner").count, 0)

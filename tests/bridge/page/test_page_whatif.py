@@ -22,7 +22,7 @@ OpenPage = Callable[..., Any]
 
 @pytest.fixture(scope="module")
 def server(serve: Callable[..., Server]) -> Server:
-    server = serve("imazu:5")
+    server = serve("imazu:5", "--pilot", "paper-attention")
     server.ask(
         {"type": "limits", "dcpa_m": 0.0, "tcpa_s": 0.0},
         {"type": "pause"},

@@ -152,7 +152,7 @@ class PilotEntry(msgspec.Struct, frozen=True):
 
     name: str
     title: str
-    kind: Literal["learned", "glassbox", "classical", "planner"]
+    kind: Literal["learned", "glassbox", "classical"]
     ship: str | None
 
 

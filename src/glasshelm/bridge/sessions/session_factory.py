@@ -13,7 +13,7 @@ from glasshelm.bridge.sessions.simulated_session import SimulatedSession
 from glasshelm.bridge.sessions.source_list import SourceList, display_name
 from glasshelm.core.errors import InputError
 from glasshelm.live.traffic_picture import TrafficPicture
-from glasshelm.pilots.pilot_resolution import DEFAULT_SHIP, ship_for
+from glasshelm.pilots.pilot_resolution import ship_for
 
 
 def open_session(
@@ -35,7 +35,7 @@ def open_session(
 def prepare_session(request: Open, sources: SourceList, log_dir: Path) -> Callable[[], Session]:
     """Read and check everything a session needs; the result begins to simulate or to listen."""
     source = request.source
-    pilot = sources.pilot_for(request.ship or DEFAULT_SHIP, request.pilot)
+    pilot = sources.pilot_or_default(request.pilot)
     ship = ship_for(pilot, request.ship)
     if not sources.is_live(source):
         scenario = sources.scenario(source, ship, request.own, request.at)

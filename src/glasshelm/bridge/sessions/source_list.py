@@ -26,9 +26,8 @@ from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.pilot_resolution import ship_of
-from glasshelm.pilots.planner import PLANNER
 from glasshelm.pilots.protocols import Pilot
-from glasshelm.pilots.registry import METHODS, default_pilot, pilot_named, pilot_names
+from glasshelm.pilots.registry import DEFAULT_PILOT, METHODS, pilot_named, pilot_names
 from glasshelm.ship.nomoto import ship_named
 
 #: Before the name of a file: play it as live traffic.
@@ -47,7 +46,6 @@ _METHOD_TITLES = {
     "apf": "Potential field",
     "fuzzy": "Fuzzy risk",
     "mpc": "Scenario MPC",
-    "planner": "Planner",
 }
 
 
@@ -129,9 +127,9 @@ class SourceList:
                 self._pilots[name] = pilot_named(name)
             return self._pilots[name]
 
-    def pilot_for(self, ship: str, name: str | None) -> Pilot:
-        """Return the pilot of that name, or the ship's default pilot."""
-        return self.pilot(default_pilot(ship) if name is None else name)
+    def pilot_or_default(self, name: str | None) -> Pilot:
+        """Return the pilot of that name, or the default pilot."""
+        return self.pilot(DEFAULT_PILOT if name is None else name)
 
     def _pilot_names(self) -> tuple[str, ...]:
         extra = () if self._weights is None else (display_name(self._weights),)
@@ -183,7 +181,6 @@ def _pilot_entry(name: str, pilot: Pilot) -> PilotEntry:
     elif isinstance(pilot, CoursePilot):
         method = next(name for name, method in METHODS.items() if method is pilot.method)
         title = f"{_METHOD_TITLES[method]}: {name}"
-        kind = "planner" if pilot.method is PLANNER else "classical"
     else:
         title = "Keeps its course"
     return PilotEntry(name, title, kind, ship)
