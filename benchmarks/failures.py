@@ -5,7 +5,7 @@
 
 Every failed voyage is repeated with one thing changed. With only the target that was met: does
 the pilot avoid it when it is alone? Without one of the other targets: did that one contribute?
-With the ship's planner taking over later and later: until when was there still a way out? With
+With the glassbox pilot taking over later and later: until when was there still a way out? With
 the clairvoyant search, which knows everything beforehand: was there any way out at all?
 Prints a Markdown table; ``--out`` writes a row a failure, with the number of its encounter.
 """
@@ -70,7 +70,7 @@ class FailureCause(enum.StrEnum):
     """
 
     UNAVOIDABLE = "no way out, even known beforehand"
-    UNKNOWN = "no way out for the planner, not searched"
+    UNKNOWN = "no way out for the glassbox pilot, not searched"
     FIRST_MINUTE = "lost in the first minute"
     MISSED_LATER = "way out missed later"
 
@@ -373,7 +373,7 @@ def main() -> None:
 
         failures = explain_failures(
             pilot,
-            pilot_named(f"{prefix}-planner"),
+            pilot_named(f"{prefix}-glassbox"),
             ORACLE_PILOTS[f"{prefix}-clairvoyant"],
             random_suite(ship, given.encounters).cases,
             Event(given.event),

@@ -183,7 +183,7 @@ def test_one_observation_is_explained_by_whoever_steers():
     engaged, idle = (glasshelm.explain(pilot, seen) for seen in (threatened, clear))
     assert engaged.guard.steers
     assert engaged.explanation.manoeuvre is not None
-    assert float(engaged.explanation.value.collision) < 0
+    assert engaged.explanation.priority.by_ship.sum() > 100.0
     assert not idle.guard.steers
     assert idle.explanation.manoeuvre is None
 
