@@ -16,6 +16,7 @@ COMMANDS = {
     "evaluate": "Evaluate pilots on suites of encounters: safety, COLREGs, efficiency",
     "explain": "Simulate an encounter and explain it: figures, frames, report.html",
     "faithfulness": "Test whether the explanations of a pilot are true",
+    "paper": "Make every table and figure of the paper on one page",
     "run": "Simulate an encounter and write its frames",
     "train": "Train a pilot",
     "why": "Compare the pilot's manoeuvre at a frame of a log with another course, ship by ship",

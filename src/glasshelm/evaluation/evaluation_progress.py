@@ -34,4 +34,4 @@ class EvaluationProgress:
         now = time.monotonic()
         if not self.console.is_terminal and now - self._last_line_s > _LINE_S:
             self._last_line_s = now
-            self.console.say(f"{done} of {of} voyages: {what}")
+            self.console.say(f"{done} of {of}: {what}")

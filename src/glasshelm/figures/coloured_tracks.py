@@ -1,16 +1,19 @@
 """Figures 9, 13 and 14, and their like: tracks coloured by what is made of each ship."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Colormap, Normalize
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import Colormap, Normalize, SymLogNorm
 from matplotlib.figure import Figure
 
 from glasshelm.figures import maps
+from glasshelm.figures.priorities import WIDE, plain_powers
 from glasshelm.figures.style import legend_below, new_figure, one_hue, ship_styles, styled, two_hues
+from glasshelm.figures.trajectories import panels
 from glasshelm.frames.series import Frames, Series, ShipSeries, TimeSeries, ships_of_note, to_series
 
 DANGER = one_hue("danger", "#8f1d14")
@@ -50,6 +53,38 @@ def danger(frames: Frames) -> Figure | None:
     ax = figure.add_subplot()
     _draw(ax, voyage, colouring, relative=True)
     _finish(figure, [ax], voyage, colouring, own=False)
+    return figure
+
+
+@styled
+def value_panels(voyages: Sequence[Frames]) -> Figure | None:
+    """Figure 9 of several voyages: relative tracks coloured by Q_ca itself; lower = darker.
+
+    One scale for all of them. It is logarithmic where the values span more than a few points.
+    None if the pilot has no critic.
+    """
+    series = [to_series(frames) for frames in voyages]
+    ships = [ship for voyage in series for ship in voyage.ships]
+    values = np.concatenate([ship.q for ship in ships]) if ships else np.array([])
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return None
+    low, high = np.quantile(values, (0.01, 1.0))
+    high = max(float(high), float(low) + 1e-3)
+    wide = high - low > WIDE
+    norm = SymLogNorm(1.0, vmin=float(low), vmax=high) if wide else Normalize(float(low), high)
+    colouring = Colouring(
+        lambda s: s.q, "value of the ship to the critic, Q [reward]", DANGER.reversed(), norm
+    )
+    figure = panels(
+        series,
+        lambda ax, voyage, title: _draw(ax, voyage, colouring, True, title),
+        own=False,
+        coloured=False,
+    )
+    bar = _bar(figure, [ax for ax in figure.axes if ax.get_visible()], colouring, "min")
+    if wide:
+        plain_powers(bar.ax.yaxis)
     return figure
 
 
@@ -123,12 +158,12 @@ def _both(voyage: Series, colouring: Colouring) -> Figure:
     return figure
 
 
-def _draw(ax: Axes, voyage: Series, colouring: Colouring, relative: bool) -> None:
+def _draw(ax: Axes, voyage: Series, colouring: Colouring, relative: bool, title: str = "") -> None:
     at, step = maps.marks(voyage)
     if relative:
         maps.frame_relative(ax, voyage)
         maps.draw_domain(ax, voyage.frames[0].ship)
-        ax.set_title(f"Seen from own ship, a marker every {step:g} min")
+        ax.set_title(title or f"Seen from own ship, a marker every {step:g} min")
     else:
         maps.draw_own(ax, voyage, at)
         maps.frame_absolute(ax, voyage)
@@ -145,14 +180,18 @@ def _draw(ax: Axes, voyage: Series, colouring: Colouring, relative: bool) -> Non
 def _finish(
     figure: Figure, axes: list[Axes], voyage: Series, colouring: Colouring, own: bool
 ) -> None:
-    bar = figure.colorbar(
-        ScalarMappable(colouring.norm, colouring.cmap),
-        ax=axes, label=colouring.label, shrink=0.8, aspect=28, pad=0.015,
-        extend=_extend(voyage, colouring),
-    )  # fmt: skip
-    bar.outline.set_visible(False)
+    _bar(figure, axes, colouring, _extend(voyage, colouring))
     handles = maps.ship_handles(voyage, coloured=False)
     legend_below(figure, [maps.own_handle(), *handles] if own else handles)
+
+
+def _bar(figure: Figure, axes: list[Axes], colouring: Colouring, extend: str) -> Colorbar:
+    bar = figure.colorbar(
+        ScalarMappable(colouring.norm, colouring.cmap),
+        ax=axes, label=colouring.label, shrink=0.8, aspect=28, pad=0.015, extend=extend,
+    )  # fmt: skip
+    bar.outline.set_visible(False)  # type: ignore[attr-defined]
+    return bar
 
 
 def _top(rows: list[TimeSeries]) -> float:

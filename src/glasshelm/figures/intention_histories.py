@@ -15,6 +15,7 @@ _ROWS = (
     ("critic_danger", "Danger by the critic: Q far off − Q", "danger [reward]"),
     ("attention", "Attention (Eq. 23)", "share of 1"),
     ("intention", "Intention: increment of Q × attention (Eq. 24)", "intention [reward]"),
+    ("intention_level", "Intention as first printed: Q × attention (Eq. 24)", "intention [reward]"),
 )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 from glasshelm.figures import maps
 from glasshelm.figures.situation_maps import choose, describe_rudder, draw_situation
@@ -24,8 +24,8 @@ from glasshelm.figures.style import (
 from glasshelm.figures.trajectories import draw_absolute
 from glasshelm.frames.series import Frames, Series, TimeSeries, ships_of_note, to_series
 
-#: Priorities larger than this are drawn on a scale that is logarithmic beyond ±1.
-_WIDE = 50.0
+#: Priorities, and spans of values, larger than this have a scale that is logarithmic beyond ±1.
+WIDE = 50.0
 
 
 @styled
@@ -98,9 +98,9 @@ def draw_priorities(ax: Axes, voyage: Series) -> None:
     ax.set_ylabel("priority [reward]")
     ax.set_title(f"Priorities: Q of the choice − Q of {_reference(voyage)}")
     ax.margins(y=0.22)
-    if _spread(voyage) > _WIDE:
+    if _spread(voyage) > WIDE:
         ax.set_yscale("symlog", linthresh=1.0)
-        _plain_powers(ax.yaxis)
+        plain_powers(ax.yaxis)
     handles, labels = ax.get_legend_handles_labels()
     ax.legend(handles, labels, loc="upper right", ncols=2, borderaxespad=0.1)
 
@@ -130,9 +130,11 @@ def _bars(ax: Axes, voyage: Series, k: int, span: TimeSeries) -> None:
     ax.set_yticks(places, [r[0] for r in rows])
     ax.tick_params(axis="y", length=0)
     ax.set_xlim(*span)
-    if _spread(voyage) > _WIDE:
+    if _spread(voyage) > WIDE:
         ax.set_xscale("symlog", linthresh=1.0)
-        _plain_powers(ax.xaxis)
+        plain_powers(ax.xaxis)
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(5))
     for place, (_, value, _) in zip(places, rows, strict=True):
         ax.annotate(
             signed(value), (value, place), xytext=(4 if value >= 0 else -4, 0),
@@ -150,7 +152,7 @@ def _reference(voyage: Series) -> str:
     return "keeping on" if compares else "rudder 0"
 
 
-def _plain_powers(axis: Axis) -> None:
+def plain_powers(axis: Axis) -> None:
     """Few ticks, in plain digits."""
     axis.set_major_locator(FixedLocator([-1000.0, -10.0, 0.0, 10.0, 1000.0]))
     axis.set_minor_locator(NullLocator())

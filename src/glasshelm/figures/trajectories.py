@@ -1,5 +1,7 @@
 """Figures 7 and 8: trajectories north-up, and relative to own ship with her domain."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -8,6 +10,9 @@ from glasshelm.figures import maps
 from glasshelm.figures.style import INK, SOFT, legend_below, new_figure, nm, ship_styles, styled
 from glasshelm.frames.series import Frames, Series, ships_of_note, to_series
 from glasshelm.ship.nomoto import NAUTICAL_MILE_M
+
+#: Maps in a row of a figure of several voyages.
+PER_ROW = 3
 
 
 @styled
@@ -38,6 +43,49 @@ def relative(frames: Frames) -> Figure | None:
     ax = figure.add_subplot()
     draw_relative(ax, voyage)
     legend_below(figure, maps.ship_handles(voyage))
+    return figure
+
+
+@styled
+def absolute_panels(voyages: Sequence[Frames]) -> Figure:
+    """Figure 7 of several voyages, side by side."""
+    return panels(voyages, draw_absolute)
+
+
+@styled
+def relative_panels(voyages: Sequence[Frames]) -> Figure:
+    """Figure 8 of several voyages, side by side."""
+    return panels(voyages, draw_relative, own=False)
+
+
+def panels(
+    voyages: Sequence[Frames],
+    draw: Callable[[Axes, Series, str], None],
+    own: bool = True,
+    coloured: bool = True,
+) -> Figure:
+    """A map a voyage, three in a row, each with its number and source, and one legend for all.
+
+    Args:
+        voyages: Their ships are told apart by their order.
+        draw: Draws one on given axes, with a title.
+        own: Whether own ship's track is in the maps.
+        coloured: Whether a track has its ship's colour.
+    """
+    series = [to_series(frames) for frames in voyages]
+    rows = -(-len(series) // PER_ROW)
+    figure = new_figure(9.6, 3.35 * rows + 0.4)
+    axes = figure.subplots(rows, PER_ROW, squeeze=False).ravel()
+    for number, (ax, voyage) in enumerate(zip(axes, series, strict=False), start=1):
+        _, step = maps.marks(voyage)
+        draw(ax, voyage, f"{number}: {voyage.frames[0].source}, every {step:g} min")
+        if not own:
+            ax.set_xlabel("across own ship, starboard + [NM]")
+    for ax in axes[len(series) :]:
+        ax.set_visible(False)
+    most = max(series, key=lambda voyage: len(voyage.ships))
+    handles = maps.ship_handles(most, coloured)
+    legend_below(figure, [maps.own_handle(), *handles] if own else handles)
     return figure
 
 

@@ -40,8 +40,8 @@ def html_page(
     )
     mode = "" if voyage.applied else _ADVISED
     parts = [
-        f"<header><h1>{_text(title)}</h1>",
-        f'<p class="verdict">{_text(verdict(voyage))}</p>',
+        f"<header><h1>{escaped(title)}</h1>",
+        f'<p class="verdict">{escaped(verdict(voyage))}</p>',
         f'<p class="caution">Not for navigation. A simulation or replay for study.</p>{mode}'
         "</header>",
         "<main>",
@@ -57,8 +57,19 @@ def html_page(
         _READING,
         f"</main><footer>Written by Glasshelm {__version__}. Not for navigation.</footer>",
     ]
+    return whole_page(title, "\n".join(parts))
+
+
+def whole_page(title: str, body: str, more_style: str = "") -> str:
+    """A page in our style that loads nothing from anywhere.
+
+    Args:
+        title: As text.
+        body: As HTML.
+        more_style: CSS that comes after our own.
+    """
     style = files("glasshelm.report").joinpath("page.css").read_text(encoding="utf-8")
-    return _SHELL.format(title=_text(title), style=style, body="\n".join(parts))
+    return _SHELL.format(title=escaped(title), style=style + more_style, body=body)
 
 
 _SHELL = """<!doctype html>
@@ -93,17 +104,25 @@ over the frames in which the rudder was on the side of the turn. CPA is at const
 speed from the instant named.</p>"""
 
 
-def _text(words: str) -> str:
+def escaped(words: str) -> str:
+    """Text as HTML."""
     return html.escape(words, quote=True)
 
 
 def _figure(spec: FigureSpec, svg: bytes, width_in: float, alt: str) -> str:
-    data = base64.b64encode(svg).decode("ascii")
-    wide, broad = (" wide", ' class="broad"') if width_in > _WIDE_IN else ("", "")
+    broad = ' class="broad"' if width_in > _WIDE_IN else ""
     return (
-        f'<figure{broad}><h3>{_text(spec.title)}</h3><div class="plate{wide}">'
-        f'<img alt="{_text(alt)}" src="data:image/svg+xml;base64,{data}"></div>'
-        f"<figcaption>{_text(spec.caption)}</figcaption></figure>"
+        f"<figure{broad}><h3>{escaped(spec.title)}</h3>{image(svg, alt, width_in > _WIDE_IN)}"
+        f"<figcaption>{escaped(spec.caption)}</figcaption></figure>"
+    )
+
+
+def image(svg: bytes, alt: str, wide: bool) -> str:
+    """A drawing inside the page; one that is ``wide`` scrolls on a phone."""
+    data = base64.b64encode(svg).decode("ascii")
+    return (
+        f'<div class="plate{" wide" if wide else ""}">'
+        f'<img alt="{escaped(alt)}" src="data:image/svg+xml;base64,{data}"></div>'
     )
 
 
@@ -129,13 +148,13 @@ def _facts(voyage: Series) -> str:
         ("Lasts", f"{duration(span)}, {len(voyage.frames)} frames"),
         ("Other ships", str(len(voyage.ships))),
     ]
-    cells = "".join(f"<dt>{_text(k)}</dt><dd>{_text(v)}</dd>" for k, v in rows)
+    cells = "".join(f"<dt>{escaped(k)}</dt><dd>{escaped(v)}</dd>" for k, v in rows)
     return f"<dl>{cells}</dl>"
 
 
 def _story(sentences: Sequence[Sentence]) -> str:
     items = "".join(
-        f'<li class="{s.kind}"><time>{_text(s.when)}</time><p>{_text(s.text)}</p></li>'
+        f'<li class="{s.kind}"><time>{escaped(s.when)}</time><p>{escaped(s.text)}</p></li>'
         for s in sentences
     )
     return f'<ol class="story">{items}</ol>'
@@ -150,14 +169,14 @@ def _ships(voyage: Series) -> str:
     columns, rows = ship_table(voyage, found)
     left = len(everyone) - len(found)
     more = f'<p class="soft">{left} more ships, farther off, are in the frames.</p>' if left else ""
-    head = "".join(f'<th scope="col"{_side(c.number)}>{_text(c.heading)}</th>' for c in columns)
+    head = "".join(f'<th scope="col"{_side(c.number)}>{escaped(c.heading)}</th>' for c in columns)
     body = []
     for passage, row in zip(found, rows, strict=True):
         look = by_id.get(passage.ship.id)
         colour = look.colour if look else "#b8bfc6"
-        name = f'<span class="chip" style="background:{colour}"></span>{_text(row[0])}'
+        name = f'<span class="chip" style="background:{colour}"></span>{escaped(row[0])}'
         cells = "".join(
-            f"<td{_side(c.number)}>{_text(cell)}</td>"
+            f"<td{_side(c.number)}>{escaped(cell)}</td>"
             for c, cell in zip(columns[1:], row[1:], strict=True)
         )
         body.append(f'<tr><th scope="row">{name}</th>{cells}</tr>')
@@ -175,5 +194,5 @@ def _side(number: bool) -> str:
 def _list(heading: str, lines: Sequence[str]) -> str:
     if not lines:
         return ""
-    items = "".join(f"<li>{_text(line)}</li>" for line in lines)
-    return f'<h2>{_text(heading)}</h2><ul class="plain soft">{items}</ul>'
+    items = "".join(f"<li>{escaped(line)}</li>" for line in lines)
+    return f'<h2>{escaped(heading)}</h2><ul class="plain soft">{items}</ul>'
