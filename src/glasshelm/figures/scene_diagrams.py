@@ -16,7 +16,6 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle, Wedge
 from matplotlib.transforms import Affine2D
-from numpy.typing import ArrayLike
 
 from glasshelm.core.geometry import Vector, closest_approach, velocity
 from glasshelm.encounters.random_encounters import RandomEncounters, random_encounters
@@ -27,6 +26,7 @@ from glasshelm.ship.domain import AHEAD_LOA, ASTERN_LOA, PORT_LOA, STARBOARD_LOA
 from glasshelm.ship.nomoto import KNOT_M_S, NAUTICAL_MILE_M, ShipParams, ShipState, advance
 
 _STEP_S = 5.0
+_Point = tuple[float | int, float | int] | np.ndarray
 _OTHER = "#0072B2"
 _MEETING = "#D55E00"
 
@@ -301,7 +301,7 @@ def _deg(angle_rad: object) -> str:
     return f"{math.degrees(float(angle_rad)):g}°"  # type: ignore[arg-type]
 
 
-def _arrow(ax: Axes, start: ArrayLike, end: ArrayLike, colour: str) -> None:
+def _arrow(ax: Axes, start: _Point, end: _Point, colour: str) -> None:
     (x, y), tip = np.asarray(start, float), np.asarray(end, float)
     ax.annotate(
         "", (tip[0], tip[1]), (x, y), zorder=4,
@@ -313,7 +313,7 @@ def _arrow(ax: Axes, start: ArrayLike, end: ArrayLike, colour: str) -> None:
 def _say(
     ax: Axes,
     text: str,
-    at: ArrayLike,
+    at: _Point,
     colour: str,
     ha: str = "left",
     va: str = "center",

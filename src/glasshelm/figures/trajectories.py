@@ -67,7 +67,7 @@ def panels(
     """A map a voyage, three in a row, each with its number and source, and one legend for all.
 
     Args:
-        voyages: Their ships are told apart by their order.
+        voyages: A ship has the colour and marker of its place in the order.
         draw: Draws one on given axes, with a title.
         own: Whether own ship's track is in the maps.
         coloured: Whether a track has its ship's colour.
