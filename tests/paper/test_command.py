@@ -43,11 +43,11 @@ def test_a_second_run_simulates_and_draws_nothing(tmp_path, capsys, monkeypatch)
     """The page holds every figure and table, and goes on from what an earlier run has kept."""
     monkeypatch.setattr(reproduce, "OTHERS", ("random:1:1",) * 5)
     monkeypatch.setattr(paper_voyages, "STEPS", 155)
-    files = [str(tmp_path / f"{kind}.safetensors") for kind in ("sum", "attention")]
-    for kind, file in zip(("sum", "attention"), files, strict=True):
+    files = {kind: tmp_path / f"{kind}.safetensors" for kind in ("sum", "attention")}
+    for kind, file in files.items():
         write_weights(file, kind)
     out = tmp_path / "out"
-    command = ["paper", "--out", str(out), "--rates", "0", "--pilots", *files]
+    command = ["paper", "--out", str(out), "--rates", "0", "--pilots", *map(str, files.values())]
     assert main(command) == 0
     assert f"page: {out / 'index.html'}" in capsys.readouterr().out
     page = (out / "index.html").read_text()

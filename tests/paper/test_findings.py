@@ -35,7 +35,7 @@ def test_priorities_are_held_against_what_the_paper_says(rudder, ships, waypoint
     """The waypoint lies to port: own ship must turn to port to come back."""
     frames = voyage(
         [20.0] * 20,
-        [Other("A", 3000, 3000, 270, priority=lambda k: ships)],
+        [Other("A", 3000, 3000, 270, priority=lambda k: ships - 0.1 * (k > 10))],
         waypoint_priority=lambda k: waypoint,
         rudder_deg=lambda k: rudder if k < 10 else -3.0,
     )

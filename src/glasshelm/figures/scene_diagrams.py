@@ -317,7 +317,7 @@ def _say(
     colour: str,
     ha: str = "left",
     va: str = "center",
-    shift: tuple[float, float] = (0.0, 0.0),
+    shift: _Point = (0.0, 0.0),
 ) -> None:
     x, y = np.asarray(at, float) + shift
     ax.text(x, y, text, color=colour, fontsize=8, ha=ha, va=va, path_effects=HALO, zorder=6)

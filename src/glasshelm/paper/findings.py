@@ -69,13 +69,15 @@ def _agreement(voyage: Series, times_s: Sequence[float]) -> str:
         voyage.rudder_rad[back] * voyage.waypoint_bearing_rad[back] > 0
         and voyage.priority_waypoint[back] > 0
     )
-    if avoids and returns:
+    falls = voyage.priority_collision[back] < voyage.priority_collision[away]
+    if avoids and returns and falls:
         return "As the paper describes it."
     lacks = [
         what
         for what, is_so in (
             ("a turn to starboard for the ships first", avoids),
             ("a turn back for the waypoint then", returns),
+            ("a falling priority of avoiding", falls),
         )
         if not is_so
     ]

@@ -8,9 +8,9 @@ import dataclasses
 #: The paper's DDPG as trained, and ours: the critics that steer, and attention.
 PILOTS = ("paper-sum-ddpg", "paper-glassbox", "paper-attention-ddpg", "paper-attention")
 #: The encounter of Figures 10-15: four ships.
-ENCOUNTER = "random:1:4"
+ENCOUNTER = "random:210:4"
 #: The other encounters of Figures 7-9, of one to six ships; that of Figures 10-15 comes fourth.
-OTHERS = ("random:1:1", "random:1:2", "random:1:3", "random:1:5", "random:1:6")
+OTHERS = ("random:3:1", "random:7:2", "random:12:3", "random:5:5", "random:9:6")
 
 
 @dataclasses.dataclass(frozen=True)
