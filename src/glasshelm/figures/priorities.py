@@ -132,6 +132,7 @@ def _bars(ax: Axes, voyage: Series, k: int, span: TimeSeries) -> None:
     ax.set_xlim(*span)
     if _spread(voyage) > WIDE:
         ax.set_xscale("symlog", linthresh=1.0)
+        ax.set_xlim(span[0], 40.0 * span[1])
         plain_powers(ax.xaxis)
     else:
         ax.xaxis.set_major_locator(MaxNLocator(5))

@@ -15,8 +15,10 @@ from glasshelm.ship.nomoto import NAUTICAL_MILE_M
 VECTOR_S = 360.0
 #: The return is sought at least this long after the avoiding.
 APART_S = 60.0
-#: Ships farther off than this do not widen the map.
+#: Ships farther off than this do not widen the map, unless the action is for them.
 SITUATION_NM = 3.5
+#: An action is for the ships whose priority is more than this share of the largest.
+_SHARE = 0.1
 
 
 def choose(voyage: Series, times_s: Sequence[float] | None = None) -> list[int]:
@@ -70,6 +72,7 @@ def draw_situation(ax: Axes, voyage: Series, k: int) -> None:
     _vector(ax, east, north, voyage.heading_rad[k], voyage.speed_m_s[k], own)
     by_id = ship_styles(voyage)
     xs, ys = [east - 1, east + 1], [north - 1, north + 1]
+    largest = np.nanmax([abs(s.priority[k]) for s in voyage.ships] or [0.0])
     for ship in ships_of_note(voyage):
         if not np.isfinite(ship.east_m[k]):
             continue
@@ -79,7 +82,8 @@ def draw_situation(ax: Axes, voyage: Series, k: int) -> None:
         _vector(ax, x[k], y[k], ship.course_rad[k], ship.speed_m_s[k], look)
         ax.plot([x[k]], [y[k]], marker=look.marker, ms=7, color=look.colour, mec="white", mew=0.6,
                 zorder=5)  # fmt: skip
-        if ship.range_m[k] < SITUATION_NM * NAUTICAL_MILE_M:
+        is_for = abs(ship.priority[k]) > _SHARE * largest
+        if is_for or ship.range_m[k] < SITUATION_NM * NAUTICAL_MILE_M:
             xs.append(x[k])
             ys.append(y[k])
             ax.annotate(
@@ -97,8 +101,10 @@ def _vector(
 ) -> None:
     run = speed_m_s * VECTOR_S / NAUTICAL_MILE_M
     tip = (x + run * np.sin(course_rad), y + run * np.cos(course_rad))
-    ax.annotate(
-        "", tip, (x, y), zorder=4, annotation_clip=True,
+    vector = ax.annotate(
+        "", tip, (x, y), zorder=4, annotation_clip=False,
         arrowprops={"arrowstyle": "->", "color": look.colour, "lw": 1.3, "shrinkA": 0,
                     "shrinkB": 0, "mutation_scale": 8},
     )  # fmt: skip
+    assert vector.arrow_patch is not None
+    vector.arrow_patch.set_clip_box(ax.bbox)

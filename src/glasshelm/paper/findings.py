@@ -120,7 +120,7 @@ def of_histories(voyage: Series) -> str:
     ships = [s for s in ships_of_note(voyage) if s.has("priority")]
     parts = [
         f"{name}: r = {_within(voyage, ships, low, high):.2f}"
-        for name, low, high in (("200 to 500 s", 200, 500), ("500 to 700 s", 500, 700))
+        for name, low, high in (("200 to 500 s", 200.0, 500.0), ("500 to 700 s", 500.0, 700.0))
     ]
     return (
         "Correlation of priority with Q × attention over ships and instants, "

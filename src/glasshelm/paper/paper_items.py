@@ -10,7 +10,7 @@ PILOTS = ("paper-sum-ddpg", "paper-glassbox", "paper-attention-ddpg", "paper-att
 #: The encounter of Figures 10-15: four ships.
 ENCOUNTER = "random:210:4"
 #: The other encounters of Figures 7-9, of one to six ships; that of Figures 10-15 comes fourth.
-OTHERS = ("random:3:1", "random:7:2", "random:12:3", "random:5:5", "random:9:6")
+OTHERS = ("random:1:1", "random:7:2", "random:12:3", "random:5:5", "random:9:6")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,8 +177,9 @@ FIGURES = {
             "9", "The critic's view of every ship", "19",
             "Tracks are coloured by the critic's value. A low value means danger: ships near the "
             "area that close in are judged dangerous.",
-            "The same tracks coloured by Q_ca itself, darker where it is lower. The scale spans "
-            "all encounters of a pilot.",
+            "The same tracks coloured by Q_ca itself, darker where it is lower, on one scale for "
+            "all encounters of a pilot. Of a pilot that chooses manoeuvres it is the value of the "
+            "chosen one, which is low only where no manoeuvre keeps clear.",
         ),
         PaperFigure(
             "10", "Priorities over time", "22",
