@@ -14,7 +14,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.env.observe import Observation
-from glasshelm.explanation.coalitions import MAX_EXACT, ShapleyValues
+from glasshelm.explanation.coalitions import MAX_EXACT
 from glasshelm.explanation.shapley import MAX_PADDED_EXACT, leave_one_out, shapley_padded
 from glasshelm.explanation.step_explanation import Explanation, ManoeuvreExplanation
 from glasshelm.networks.critics import QValues
@@ -27,6 +27,8 @@ from glasshelm.ship.nomoto import ShipParams
 SAME_COURSE_RAD = float(np.radians(1.0))
 #: Of more ships than ``_MANY``, at most ``_FEW`` are left out together.
 _MANY, _FEW = 6, 3
+#: Rows that are compared at once, and sets of ships, for the processor's cache.
+_BLOCK, _SETS = 32, 64
 #: Delays and alterations among which the last safe manoeuvre is sought [s, deg].
 _DELAYS_S = (*range(0, 601, 60), 720.0, 900.0, 1200.0, 1500.0, 1800.0)
 _ALTERATIONS_DEG = (0.0, 20.0, 40.0, 60.0, 90.0, 120.0, -20.0, -40.0, -60.0, -90.0, -120.0)
@@ -35,9 +37,17 @@ _ALTERATIONS_DEG = (0.0, 20.0, 40.0, 60.0, 90.0, 120.0, -20.0, -40.0, -60.0, -90
 def choose(values: QValues, members: Bool[Array, " n"] | None = None) -> Int[Array, ""]:
     """The manoeuvre of the largest total, if only the ships of ``members`` are there."""
     if members is None:
-        return jnp.argmax(values.total)
+        return first_largest(values.total)
     collision = values.by_ship @ members.astype(values.by_ship.dtype)
-    return jnp.argmax(QValues(values.waypoint, collision[:, None], values.helm).total)
+    return first_largest(QValues(values.waypoint, collision[:, None], values.helm).total)
+
+
+def first_largest(total: Float[Array, " c"]) -> Int[Array, ""]:
+    """``jnp.argmax``, five times as fast on a CPU: the block of the maximum, then its row."""
+    blocks = jnp.pad(total, (0, -total.size % _BLOCK), constant_values=-jnp.inf)
+    blocks = blocks.reshape(-1, _BLOCK)
+    block = jnp.argmax(blocks.max(-1))
+    return block * _BLOCK + jnp.argmax(blocks[block])
 
 
 def explain_manoeuvre(
@@ -67,12 +77,14 @@ def explain_manoeuvre(
     value = _rows(values, chosen)
     others = jax.tree.map(lambda x: jnp.where(_as_wide(there, x), x, jnp.nan), _rows(values, rows))
 
-    def shared(quantity: Float[Array, " c"], most: int, sampled: bool) -> ShapleyValues:
-        return shapley_padded(lambda s: quantity[choose(values, s)], present, most, sampled)
+    def worth(members: Bool[Array, " n"]) -> tuple[Float[Array, ""], ...]:
+        row = choose(values, members)
+        return rudder[row], offset[row], total[row]
 
-    def alone(quantity: Float[Array, " c"]) -> Float[Array, " n"]:
-        return leave_one_out(lambda s: quantity[choose(values, s)], present.shape[0])
-
+    slots = present.shape[0]
+    of_rudder, of_course, of_value = shapley_padded(worth, present, MAX_EXACT, sampled=True)
+    rudder_alone, course_alone, _ = leave_one_out(worth, slots)
+    told = present.sum() <= MAX_PADDED_EXACT  # as of any pilot
     return Explanation(
         present,
         value,
@@ -81,9 +93,9 @@ def explain_manoeuvre(
         sweep=None,
         attention=None,
         intention=None,
-        rudder_shapley=shared(rudder, MAX_EXACT, sampled=True),
-        leave_one_out=alone(rudder),
-        value_shapley=shared(total, MAX_PADDED_EXACT, sampled=False),
+        rudder_shapley=of_rudder,
+        leave_one_out=rudder_alone,
+        value_shapley=jax.tree.map(lambda x: jnp.where(told, x, jnp.nan), of_value),
         manoeuvre=ManoeuvreExplanation(
             course[chosen],
             manoeuvres.duration_s[chosen],
@@ -91,8 +103,8 @@ def explain_manoeuvre(
             manoeuvres.then_duration_s[chosen],
             course[rows],
             others,
-            shared(offset, MAX_EXACT, sampled=True),
-            alone(offset),
+            of_course,
+            course_alone,
             needed_ships(values, course, present),
             last_safe_s(observation, ship, costs),
         ),
@@ -131,7 +143,7 @@ def needed_ships(
         return present
     sets = jnp.asarray(_sets(present.shape[0]))
     course = course_rad[choose(values)]
-    others = jax.vmap(lambda out: course_rad[choose(values, ~out)])(sets)
+    others = jax.lax.map(lambda out: course_rad[choose(values, ~out)], sets, batch_size=_SETS)
     change = jnp.abs(wrap_angle(others - course))
     counts = (change > SAME_COURSE_RAD) & ~(sets & ~present).any(-1)
     first = jnp.argmin(jnp.where(counts, sets.sum(-1) - change / 4.0, jnp.inf))

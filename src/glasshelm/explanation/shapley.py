@@ -13,7 +13,7 @@ fixed action is Q_ca(s_i, a): the danger of the paper is one.
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
@@ -28,8 +28,9 @@ from glasshelm.networks.actors import Actor
 from glasshelm.networks.critics import SubTaskCritic
 
 Game = Literal["rudder", "decision", "contrast"]
-#: The worth of one coalition: which ships are in it -> v(S).
-Worth = Callable[[Bool[Array, " n"]], Float[Array, ""]]
+#: The worth of one coalition: which ships are in it -> v(S), or a pytree of several worths, which
+#: are shared out each for itself from one pass over the coalitions.
+Worth = Callable[[Bool[Array, " n"]], Any]
 
 #: Permutations drawn, each also read backwards, where there are too many ships for all coalitions.
 PERMUTATIONS = 128
@@ -66,42 +67,40 @@ def value_function(
     return contrast
 
 
-def exact_shapley(worth: Worth, ships: int) -> ShapleyValues:
-    """Shares from the worths of all 2ⁿ coalitions of the first ``ships`` slots.
+def exact_shapley(worth: Worth, ships: int) -> Any:
+    """:class:`ShapleyValues` of each worth, from all 2ⁿ coalitions of the first ``ships`` slots.
 
     ``vmap`` runs over the membership alone, so what does not depend on it
     (each ship's encoding, each pair's attention score) is computed once.
     """
-    return exact_from_worths(jax.vmap(worth)(jnp.asarray(coalitions(ships))))
+    return jax.tree.map(exact_from_worths, jax.vmap(worth)(jnp.asarray(coalitions(ships))))
 
 
 def sampled_shapley(
     worth: Worth, ships: int, seed: int = 0, permutations: int = PERMUTATIONS
-) -> ShapleyValues:
-    """Shares from random orders of joining, each also read backwards (antithetic).
+) -> Any:
+    """:class:`ShapleyValues` of each worth from random orders of joining, each also read backwards.
 
-    ``error`` is the standard error of the mean over the pairs of orders;
+    ``error`` is the standard error of the mean over the pairs of orders (antithetic);
     ``pairs`` are not sampled and are 0. The shares still add up to v(N) − v(∅).
     """
 
-    def by_joining(rank: Int[Array, " n"]) -> Float[Array, " n"]:
+    def by_joining(rank: Int[Array, " n"]) -> Any:
         """What each ship adds when ships join in the order of ``rank``."""
         steps = rank[None, :] < jnp.arange(ships + 1)[:, None]
-        gained = jnp.diff(jax.vmap(worth)(steps))
-        return gained[rank]
+        return jax.tree.map(lambda w: jnp.diff(w)[rank], jax.vmap(worth)(steps))
 
-    def order(rank: Int[Array, " n"]) -> Float[Array, " n"]:
-        return (by_joining(rank) + by_joining(ships - 1 - rank)) / 2
+    def order(rank: Int[Array, " n"]) -> Any:
+        both = by_joining(rank), by_joining(ships - 1 - rank)
+        return jax.tree.map(lambda one, other: (one + other) / 2, *both)
+
+    def shares(found: Float[Array, "k n"], none: Array, everyone: Array) -> ShapleyValues:
+        error = found.std(0, ddof=1) / np.sqrt(permutations)
+        return ShapleyValues(none, everyone, found.mean(0), jnp.zeros((ships, ships)), error)
 
     found = jax.lax.map(order, jnp.asarray(_ranks(ships, seed, permutations)))
     everyone = jnp.ones(ships, bool)
-    return ShapleyValues(
-        worth(~everyone),
-        worth(everyone),
-        found.mean(0),
-        jnp.zeros((ships, ships)),
-        found.std(0, ddof=1) / np.sqrt(permutations),
-    )
+    return jax.tree.map(shares, found, worth(~everyone), worth(everyone))
 
 
 @lru_cache
@@ -112,9 +111,7 @@ def _ranks(ships: int, seed: int, permutations: int) -> Int[np.ndarray, "k n"]:
     )
 
 
-def shapley_padded(
-    worth: Worth, present: Bool[Array, " n"], most: int, sampled: bool
-) -> ShapleyValues:
+def shapley_padded(worth: Worth, present: Bool[Array, " n"], most: int, sampled: bool) -> Any:
     """Shares inside a program of any number of slots, some of them empty.
 
     Exact for up to ``most`` ships; beyond, ``sampled`` in 2 x :data:`LIVE_PERMUTATIONS` orders
@@ -126,27 +123,34 @@ def shapley_padded(
     first = jnp.argsort(~present, stable=True)[:most]
     one, two = jnp.zeros(slots), jnp.zeros((slots, slots))
 
-    def few() -> ShapleyValues:
-        def among(members: Bool[Array, " m"]) -> Float[Array, ""]:
+    def few() -> Any:
+        def among(members: Bool[Array, " m"]) -> Any:
             return worth(jnp.zeros(slots, bool).at[first].set(members))
 
-        found = exact_shapley(among, first.shape[0])
-        pairs = two.at[first[:, None], first[None, :]].set(found.pairs)
-        return ShapleyValues(found.none, found.all, one.at[first].set(found.by_ship), pairs, one)
+        def spread(found: ShapleyValues) -> ShapleyValues:
+            pairs = two.at[first[:, None], first[None, :]].set(found.pairs)
+            return ShapleyValues(
+                found.none, found.all, one.at[first].set(found.by_ship), pairs, one
+            )
 
-    def many() -> ShapleyValues:
+        found = exact_shapley(among, first.shape[0])
+        return jax.tree.map(spread, found, is_leaf=lambda x: isinstance(x, ShapleyValues))
+
+    def many() -> Any:
         if sampled:
             return sampled_shapley(worth, slots, permutations=LIVE_PERMUTATIONS)
         no = jnp.full((), jnp.nan)
-        return ShapleyValues(no, no, one + no, two + no, one)
+        unknown = ShapleyValues(no, no, one + no, two + no, one)
+        return jax.tree.map(lambda _: unknown, jax.eval_shape(worth, present))
 
     return jax.lax.cond(present.sum() <= most, few, many)
 
 
-def leave_one_out(worth: Worth, ships: int) -> Float[Array, " n"]:
+def leave_one_out(worth: Worth, ships: int) -> Any:
     """v(N) − v(N∖i): what changes when one ship alone is left out."""
     everyone = jnp.ones(ships, bool)
-    return worth(everyone) - jax.vmap(worth)(~jnp.eye(ships, dtype=bool))
+    without = jax.vmap(worth)(~jnp.eye(ships, dtype=bool))
+    return jax.tree.map(lambda whole, others: whole - others, worth(everyone), without)
 
 
 def shapley_by_ship(
