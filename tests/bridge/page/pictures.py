@@ -13,11 +13,9 @@ from tests.bridge.process import free_port
 
 IMAGES = Path(__file__).parents[3] / "docs" / "images"
 SOURCE = "random:35"
-#: By pilot: when, and the picture of each palette.
-PICTURES = {
-    "paper-attention": (255, {"bridge-day": "day", "bridge-night": "night"}),
-    "glassbox": (60, {"bridge-glassbox": "day"}),
-}
+TIME_S = 60
+#: The picture of each palette.
+PICTURES = {"bridge-day": "day", "bridge-night": "night"}
 
 
 def take_screenshots(server: Server, time_s: float, pictures: dict[str, str]) -> None:
@@ -41,14 +39,13 @@ def take_screenshots(server: Server, time_s: float, pictures: dict[str, str]) ->
 
 
 def main() -> None:
-    for pilot, (time_s, pictures) in PICTURES.items():
-        with tempfile.TemporaryDirectory() as logs:
-            server = Server(SOURCE, free_port(), Path(logs), ("--pilot", pilot))
-            try:
-                server.start()
-                take_screenshots(server, time_s, pictures)
-            finally:
-                server.kill()
+    with tempfile.TemporaryDirectory() as logs:
+        server = Server(SOURCE, free_port(), Path(logs))
+        try:
+            server.start()
+            take_screenshots(server, TIME_S, PICTURES)
+        finally:
+            server.kill()
 
 
 if __name__ == "__main__":

@@ -16,8 +16,9 @@ from glasshelm.env.observe import FRAMES
 from glasshelm.frames.schema import Frame
 from glasshelm.pilots.protocols import Pilot
 
-#: The track ahead is predicted at most this often (at ×60 not for every frame).
-PREDICT_EVERY_S = 0.25
+#: Least and longest rest between two predictions of the track ahead (at ×60 not every frame has
+#: one); between them it is so many times what the last one took.
+PREDICT_REST_S, PREDICT_REST = (0.25, 5.0), 2.0
 #: After a jump so many frames are read again to classify the encounters ...
 REREAD_FRAMES = 240
 #: ... and at most so many bytes of them.
@@ -47,6 +48,7 @@ class Presenter:
         self._prediction: PredictedTrack | None = None
         self._prediction_index = 0
         self._predicted_at = -1e9
+        self._prediction_took_s = 0.0
 
     @property
     def alarms_are_current(self) -> bool:
@@ -177,12 +179,16 @@ class Presenter:
 
     def _predict(self) -> PredictedTrack | None:
         """Return the track ahead, if it is time to predict it again."""
-        if time.monotonic() - self._predicted_at < PREDICT_EVERY_S:
+        begun = time.monotonic()
+        least_s, most_s = PREDICT_REST_S
+        rest_s = max(least_s, min(PREDICT_REST * self._prediction_took_s, most_s))
+        if begun - self._predicted_at < rest_s:
             return None
         self._prediction = None
         self._prediction = self.session.predicted_track()
         self._prediction_index = self.session.index
         self._predicted_at = time.monotonic()
+        self._prediction_took_s = self._predicted_at - begun
         return self._prediction
 
     def _remaining_prediction(self) -> PredictedTrack | None:
