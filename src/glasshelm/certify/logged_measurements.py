@@ -10,21 +10,25 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import msgspec
 import numpy as np
 from jaxtyping import Array, Float
 
+from glasshelm.certify.manoeuvre_band import ManoeuvreBand, ValueBounds, certified_choice
 from glasshelm.certify.measurements import RawPlots, observe_plots
 from glasshelm.certify.rudder_band import RudderBand, action_bounds, require_sum_actor
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import FRAMES
 from glasshelm.env.target_selection import MAX_TARGETS
+from glasshelm.explanation.step_explanation import ALTERNATIVES
 from glasshelm.frames import schema as f
 from glasshelm.frames.frame_log import is_episode_start
 from glasshelm.frames.schema import Frame
 from glasshelm.networks.actors import SumActor
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.protocols import Pilot
 
 #: Bounds of a band at most.
@@ -77,25 +81,89 @@ def _plot(
     return [east_m, north_m, own.heading_rad, own.speed_m_s, course_rad, speed_m_s]
 
 
+def require_certifiable(pilot: Pilot) -> None:
+    """InputError if there are no bounds for this pilot."""
+    if not isinstance(pilot, GlassboxPilot):
+        require_sum_actor(pilot)
+
+
 def band_of_frames(
     frames: Sequence[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = MAX_CELLS
 ) -> f.Band:
     """The certified band of the last of these frames, decided by this pilot.
 
-    The four frames before it are needed where there were any. InputError if the
-    pilot's actor is not a sum, or does not decide the same of these plots.
+    Args:
+        frames: The four frames before it are needed where there were any.
+        pilot: A sum actor, or a pilot that chooses among simulated manoeuvres.
+        errors: The largest errors of the sensors.
+        cells: Bounds of a rudder at most; manoeuvres have one each.
+
+    Returns:
+        The band.
+
+    Raises:
+        InputError: There are no bounds for this pilot, or it does not decide the same of these
+            plots.
     """
-    actor, frame, scene = require_sum_actor(pilot), frames[-1], plots_from_frames(frames)
+    require_certifiable(pilot)
+    frame, scene, sensors = frames[-1], plots_from_frames(frames), errors.as_sensor_errors()
     limit = frame.ship.rudder_limit_rad
+    if isinstance(pilot, GlassboxPilot):
+        band = jax.device_get(certified_choice(pilot, scene, sensors))
+        again, low, high = (float(x) for x in (band.rudder, band.rudder_low, band.rudder_high))
+        manoeuvre = _choice(frame, band)
+    else:
+        actor = require_sum_actor(pilot)
+        again, manoeuvre = float(_again(actor, scene)), None
+        one = RawPlots(scene.waypoint[None], scene.targets[None], scene.present[None])
+        low, high = (float(x[0]) for x in action_bounds(actor, one, sensors, cells))
     decided = math.nan if frame.decision is None else frame.decision.rudder_rad / limit
-    if not abs(float(_again(actor, scene)) - decided) <= SAME:
+    if not abs(again - decided) <= SAME:
         raise InputError(f"{pilot.name} did not decide this rudder on these five frames")
-    one = RawPlots(scene.waypoint[None], scene.targets[None], scene.present[None])
-    low, high = (
-        float(x[0]) * limit for x in action_bounds(actor, one, errors.as_sensor_errors(), cells)
-    )
+    low, high = low * limit, high * limit
     side = {1: "starboard", -1: "port", 0: None}[RudderBand(low, high).certain_side]
-    return f.Band(low, high, errors.position_m, errors.course_rad, errors.speed_m_s, side)
+    return f.Band(
+        low, high, errors.position_m, errors.course_rad, errors.speed_m_s, side, manoeuvre
+    )
+
+
+def _choice(frame: Frame, band: ManoeuvreBand) -> f.ManoeuvreBand:
+    """The band of the chosen manoeuvre, in the terms of its frame."""
+    row, shown = band.chosen, [t.id for t in frame.targets if t.selected and not t.lost]
+    heading = frame.own.heading_rad
+    numbers = zip(
+        shown,
+        band.low.by_ship[row],
+        band.high.by_ship[row],
+        band.margin[row],
+        band.range_m[row],
+        strict=False,  # empty slots follow
+    )
+    targets = [f.TargetBand(id, *map(float, values)) for id, *values in numbers]
+    compared = zip(ALTERNATIVES, band.rows, band.compared, strict=True)
+    alternatives = [
+        f.AlternativeBand(name, float(band.gain_low[k]), float(band.gain_high[k]))
+        for name, k, there in compared
+        if there
+    ]
+    return f.ManoeuvreBand(
+        _by_sub_task(band.low, row),
+        _by_sub_task(band.high, row),
+        targets,
+        alternatives,
+        [_true(course + heading) for course in band.possible_courses_rad],
+        all(target.depth <= 0.0 for target in targets),
+    )
+
+
+def _by_sub_task(value: ValueBounds, row: int) -> f.BySubTask:
+    parts = value.waypoint[row], value.by_ship[row].sum(), value.total[row], value.helm[row]
+    return f.BySubTask(*map(float, parts))
+
+
+def _true(course_rad: float) -> float:
+    """A true course in [−π, π)."""
+    return float((course_rad + math.pi) % (2 * math.pi) - math.pi)
 
 
 @eqx.filter_jit
@@ -107,7 +175,7 @@ def with_bands(
     frames: Iterable[Frame], pilot: Pilot, errors: SensorErrorBounds, cells: int = MAX_CELLS
 ) -> Iterator[Frame]:
     """The frames of a voyage, each with its band. InputError as :func:`band_of_frames`, at once."""
-    require_sum_actor(pilot)
+    require_certifiable(pilot)
 
     def banded() -> Iterator[Frame]:
         recent: deque[Frame] = deque(maxlen=FRAMES)

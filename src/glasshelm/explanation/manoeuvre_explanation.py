@@ -73,7 +73,7 @@ def explain_manoeuvre(
     then = wrap_angle(bearing + manoeuvres.then_offset_rad)
     rudder = jax.vmap(lambda one: rudder_towards(one, observation, ship))(offset)
     chosen, keep = choose(values), jnp.array(course.size - 1)
-    rows, there = _alternatives(values, course, keep)
+    rows, there = alternatives(values, course, keep)
     value = _rows(values, chosen)
     others = jax.tree.map(lambda x: jnp.where(_as_wide(there, x), x, jnp.nan), _rows(values, rows))
 
@@ -119,7 +119,7 @@ def _as_wide(flags: Bool[Array, " k"], like: Float[Array, "k *n"]) -> Bool[Array
     return flags.reshape(-1, *(1,) * (like.ndim - 1))
 
 
-def _alternatives(
+def alternatives(
     values: QValues, course_rad: Float[Array, " c"], keep: Int[Array, ""]
 ) -> tuple[Int[Array, " a"], Bool[Array, " a"]]:
     """The rows of the alternatives, and whether there is such a manoeuvre."""

@@ -134,12 +134,57 @@ class Sweep(_Part, frozen=True):
     collision: list[float]
 
 
+class TargetBand(_Part, frozen=True):
+    """What a target can cost on the chosen manoeuvre, and how near it can come.
+
+    ``q_low`` and ``q_high`` hold Q_ca; ``depth`` is the deepest Eq. 13 (unclipped: above 0 inside
+    own ship's domain), ``range_m`` the least range, both until the horizon.
+    """
+
+    id: str
+    q_low: float
+    q_high: float
+    depth: float
+    range_m: float
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "id")
+
+
+class AlternativeBand(_Part, frozen=True):
+    """What the chosen manoeuvre is worth more than another, at least and at most."""
+
+    name: str
+    gain_low: float
+    gain_high: float
+
+    def __post_init__(self) -> None:
+        self._clean(printable, "name")
+
+
+class ManoeuvreBand(_Part, frozen=True):
+    """What is certain of the chosen manoeuvre, if every target keeps course and speed.
+
+    ``low`` and ``high`` hold its value and each part of it. ``courses_rad`` are all true courses
+    with which the best manoeuvre can begin, from port to starboard, the chosen one among them.
+    ``keeps_clear``: it brings no target into own ship's domain until the horizon.
+    """
+
+    low: BySubTask
+    high: BySubTask
+    targets: list[TargetBand]
+    alternatives: list[AlternativeBand]
+    courses_rad: list[float]
+    keeps_clear: bool
+
+
 class Band(_Part, frozen=True):
-    """The certified rudder band: the pilot's rudder is in it while no sensor errs by more.
+    """The certified band: the pilot's rudder is in it while no sensor errs by more.
 
     The errors are bounds for own ship and every target alike: of positions on
     each axis, of heading and courses, of speeds. ``turn`` is the side that is
-    certain, ``starboard`` or ``port``; absent where neither is.
+    certain, ``starboard`` or ``port``; absent where neither is. ``manoeuvre`` is there for a pilot
+    that chooses manoeuvres; the rudder is then that of any manoeuvre that can be the best.
     """
 
     low_rad: float

@@ -1,4 +1,4 @@
-"""Certified rudder bands, computed beside the frames in a thread of their own.
+"""Certified bands, computed beside the frames in a thread of their own.
 
 A band is computed for the newest frame only, one at a time. It takes at most a share of the time,
 and only if it will be done while most of its frame's time is still to come: frames that follow
@@ -18,8 +18,12 @@ import msgspec
 
 from glasshelm.bridge.server.fault_log import describe_error
 from glasshelm.bridge.server.protocol import BandMessage, Outgoing, encode
-from glasshelm.certify.logged_measurements import MAX_CELLS, band_of_frames
-from glasshelm.certify.rudder_band import SINGLE_SCENE_CHUNK, require_sum_actor
+from glasshelm.certify.logged_measurements import (
+    MAX_CELLS,
+    band_of_frames,
+    require_certifiable,
+)
+from glasshelm.certify.rudder_band import SINGLE_SCENE_CHUNK
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.errors import InputError
 from glasshelm.frames.schema import Frame
@@ -137,7 +141,7 @@ def band_message(
     if frame.band is None:
         try:
             pilot = pilot_of(frame, pilot_named)
-            require_sum_actor(pilot)
+            require_certifiable(pilot)
             if cells < 1:
                 raise InputError("the frames follow each other too fast")
             band = band_of_frames(frames, pilot, errors, cells)
