@@ -1,6 +1,7 @@
 """How wide certified rudder bands are, and whether any error leads out of them.
 
     python benchmarks/certify.py [--pilots NAME ...] [--scenes 64] [--samples 512] [--cells 17]
+    python benchmarks/certify.py --pilots paper-glassbox large-ship-glassbox   # manoeuvres
     python benchmarks/certify.py --alone [--scenes 20]    # single bands, as on the bridge
 
 Scenes are drawn from the pilots' own voyages (2400 s, fixed random encounters). At each noise
@@ -8,20 +9,28 @@ level a scene is searched for the widest rudders: errors drawn evenly and from t
 and projected gradient ascent and descent. Prints rows of a Markdown table. Errors of own ship
 and of targets are equally large; a scene counts as certified if the band lies on one side
 of the dead zone of 0.25°, as possible if everything that the search found does.
+
+Of a pilot that chooses manoeuvres the bands are of values. Each sample goes through the whole
+critic: the value of every manoeuvre, of every part of it, and its difference to the chosen one must
+lie between their bounds, and the manoeuvre that is then the best among those that can be. The
+value of the chosen one is searched by gradients as well.
 """
 
 import argparse
 import os
 import time
+from collections.abc import Callable
 from functools import partial
 
 os.environ["JAX_PLATFORMS"] = "cpu"
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, PRNGKeyArray
+from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
+from glasshelm.certify.manoeuvre_band import ManoeuvreBand, certified_choice
 from glasshelm.certify.measurements import (
     N_OWN_ERRORS,
     N_TARGET_ERRORS,
@@ -40,21 +49,33 @@ from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
 from glasshelm.core.geometry import Vector
 from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.encounters.types import Encounter, Motion
-from glasshelm.env.observe import FRAMES, in_front
+from glasshelm.env.observe import FRAMES, Observation, in_front
 from glasshelm.env.step import EnvSettings, reset, step, targets_at, waypoint_of
+from glasshelm.explanation.manoeuvre_explanation import SAME_COURSE_RAD, choose
 from glasshelm.networks.actors import Actor
+from glasshelm.networks.critics import QValues
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.pilots.registry import load
+from glasshelm.pilots.registry import load, pilot_named
+from glasshelm.planning.situation import rudder_towards, situation_of
 from glasshelm.ship.nomoto import KNOT_M_S, ShipParams, ShipState
 
 #: Largest errors: positions [m], heading and courses [deg], speeds [kn].
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))
 ENCOUNTERS, INSTANTS, EVERY = 64, 24, 20
+#: A pilot that tries manoeuvres is slower: fewer voyages.
+GLASSBOX_ENCOUNTERS = 12
 HEAD = (
     "| pilot | errors: m, °, kn | samples | outside | median band [°] | median range found [°] "
     "| median of their ratio | turn certified | turn possible | ms of CPU a band |\n"
     + "|---" * 10
     + "|"
+)
+#: The same of pilots that choose manoeuvres; medians of one situation each, values in points.
+CHOICES = (
+    "| pilot | errors: m, °, kn | samples | outside | median band of the value "
+    "| median range found | median of their ratio | course certified | one course found "
+    "| median rudder band [°] | kept clear, certified | ms of CPU a band |\n" + "|---" * 12 + "|"
 )
 
 
@@ -110,11 +131,16 @@ def random_rudders(
     actor: Actor, scene: RawPlots, errors: SensorErrors, key: PRNGKeyArray, samples: int
 ) -> Float[Array, " s"]:
     """Rudders at errors drawn evenly from the box; every other one from its corners."""
+    drawn = drawn_fractions(scene, key, samples)
+    return jax.vmap(partial(rudder_at, actor, scene, errors))(drawn)
+
+
+def drawn_fractions(scene: RawPlots, key: PRNGKeyArray, samples: int) -> Float[Array, "s k"]:
+    """Errors drawn evenly from the box, every other one from its corners."""
     size = N_OWN_ERRORS + N_TARGET_ERRORS * scene.present.shape[0]
     inside = jax.random.uniform(key, (samples, size), minval=-1.0, maxval=1.0)
     corners = jnp.where(inside < 0, -1.0, 1.0)
-    drawn = jnp.where((jnp.arange(samples) % 2 == 0)[:, None], inside, corners)
-    return jax.vmap(partial(rudder_at, actor, scene, errors))(drawn)
+    return jnp.where((jnp.arange(samples) % 2 == 0)[:, None], inside, corners)
 
 
 def attacked_rudders(
@@ -130,28 +156,41 @@ def attacked_rudders(
     From random starts; steps along the sign of the gradient, from 0.5 of the
     largest errors down to 0.02.
     """
+    return _ways(partial(rudder_at, actor, scene, errors), scene, key, starts, steps)
+
+
+def _ways(
+    number: Callable[[Float[Array, " k"]], Float[Array, ""]],
+    scene: RawPlots,
+    key: PRNGKeyArray,
+    starts: int,
+    steps: int,
+) -> Float[Array, " s"]:
+    """A number of the errors on all ways that climb or descend its gradient."""
     size = N_OWN_ERRORS + N_TARGET_ERRORS * scene.present.shape[0]
     begin = jax.random.uniform(key, (starts, size), minval=-1.0, maxval=1.0)
     begin = begin.at[0].set(0.0)
     sizes = jnp.geomspace(0.5, 0.02, steps)
-    ask = jax.value_and_grad(lambda x: rudder_at(actor, scene, errors, x))
+    ask = jax.value_and_grad(number)
 
     def way(start: Array, side: Array) -> Array:
         def go(x: Array, length: Array) -> tuple[Array, Array]:
-            rudder, slope = ask(x)
+            value, slope = ask(x)
             slope = jnp.nan_to_num(slope)
-            return jnp.clip(x + side * length * jnp.sign(slope), -1.0, 1.0), rudder
+            return jnp.clip(x + side * length * jnp.sign(slope), -1.0, 1.0), value
 
-        last, rudders = jax.lax.scan(go, start, sizes)
-        return jnp.append(rudders, rudder_at(actor, scene, errors, last))
+        last, values = jax.lax.scan(go, start, sizes)
+        return jnp.append(values, number(last))
 
     ways = jax.vmap(jax.vmap(way, (0, None)), (None, 0))(begin, jnp.array([1.0, -1.0]))
     return ways.reshape(-1)
 
 
-@jax.jit
-def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> RawPlots:
-    """Scenes [instant, voyage] every 100 s."""
+@eqx.filter_jit
+def voyages(
+    policy: Callable[[Observation], Array], encounters: Encounter, ship: ShipParams
+) -> RawPlots:
+    """Scenes [instant, voyage] every 100 s. The policy takes one observation."""
 
     def first(encounter):
         state = reset(encounter, ship)
@@ -162,13 +201,14 @@ def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> RawPlots:
         waypoint = waypoint_of(encounter, state.leg)
         return push_plots(scene, state.own, waypoint, motion, motion.present, new)
 
-    def one(encounter, state, scene, action):
+    def one(encounter, state, scene):
+        action = policy(state.observation)
         state = step(encounter, state, action * ship.rudder_limit_rad, ship).state
         return state, look(encounter, state, scene, False)
 
     def tick(carry, _):
         state, scene = carry
-        return jax.vmap(one)(encounters, state, scene, actor(state.observation)), None
+        return jax.vmap(one)(encounters, state, scene), None
 
     def leap(carry, _):
         carry, _ = jax.lax.scan(tick, carry, None, length=EVERY)
@@ -177,13 +217,22 @@ def voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> RawPlots:
     return jax.lax.scan(leap, jax.vmap(first)(encounters), None, length=INSTANTS)[1]
 
 
-def scenes_of(pilot: LearnedPilot, count: int) -> RawPlots:
+def scenes_of(pilot: LearnedPilot | GlassboxPilot, count: int) -> RawPlots:
     """So many scenes, drawn from all instants of all voyages."""
-    ship = pilot.trained.ship
-    all_ = voyages(pilot.actor, validation_encounters(ship, ENCOUNTERS), ship)
+    glassbox = isinstance(pilot, GlassboxPilot)
+    ship = pilot.ship if glassbox else pilot.trained.ship
+    policy = eqx.Partial(_steer, pilot) if glassbox else pilot.actor
+    sailed = GLASSBOX_ENCOUNTERS if glassbox else ENCOUNTERS
+    all_ = voyages(policy, validation_encounters(ship, sailed), ship)
     flat = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), all_)
     drawn = np.random.default_rng(0).permutation(flat.present.shape[0])[:count]
     return jax.tree.map(lambda x: x[drawn], flat)
+
+
+def _steer(pilot: GlassboxPilot, observation: Observation) -> Array:
+    """The rudder without its reasons."""
+    manoeuvres, values = pilot.critic(observation, pilot.ship)
+    return rudder_towards(manoeuvres.offset_rad[choose(values)], observation, pilot.ship)
 
 
 def errors_of(position_m: float, angle_deg: float, speed_kn: float) -> SensorErrors:
@@ -233,6 +282,105 @@ def measure(pilot: LearnedPilot, cells: int, scenes: RawPlots, level, samples: i
     )
 
 
+def with_fractions(scene: RawPlots, errors: SensorErrors, fractions: Float[Array, " k"]):
+    """What is observed with these errors, in fractions of the largest."""
+    own, target = fractions[:N_OWN_ERRORS], fractions[N_OWN_ERRORS:].reshape(-1, N_TARGET_ERRORS)
+    return observe_plots(with_errors(scene, own * errors.own(), target * errors.target()))
+
+
+@eqx.filter_jit
+def sampled_choices(
+    pilot: GlassboxPilot, scene: RawPlots, errors: SensorErrors, key: PRNGKeyArray, samples: int
+) -> tuple[QValues, Int[Array, " s"]]:
+    """The values of all manoeuvres at errors drawn evenly or from corners, and the best of them."""
+
+    def one(fractions: Array) -> tuple[QValues, Array]:
+        _, values = pilot.critic(with_fractions(scene, errors, fractions), pilot.ship)
+        return values, choose(values)
+
+    return jax.lax.map(one, drawn_fractions(scene, key, samples))
+
+
+@eqx.filter_jit
+def attacked_values(
+    pilot: GlassboxPilot,
+    scene: RawPlots,
+    errors: SensorErrors,
+    row: Int[Array, ""],
+    key: PRNGKeyArray,
+    starts: int = 8,
+    steps: int = 20,
+) -> Float[Array, " s"]:
+    """Values of one manoeuvre on the way of projected gradient ascent and descent."""
+
+    def ask(fractions: Array) -> Array:
+        observation = with_fractions(scene, errors, fractions)
+        rows = pilot.critic.table.at(situation_of(observation, pilot.ship).bearing_rad)
+        one = jax.tree.map(lambda x: x[row][None], rows)
+        return pilot.critic.value(one, observation, pilot.ship).total[0]
+
+    return _ways(ask, scene, key, starts, steps)
+
+
+def choice_is_within(
+    band: ManoeuvreBand, values: QValues, best: Int[Array, " s"]
+) -> Bool[np.ndarray, " s"]:
+    """Which samples lie between the bounds: all values, parts, differences, and the best course."""
+
+    def between(x: Array, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        x = np.asarray(x)
+        fits = (x >= low) & (x <= high)
+        return fits.reshape(len(x), -1).all(-1)
+
+    total = np.asarray(values.total)
+    gain = total[:, [int(band.chosen)]] - total
+    parts = ("waypoint", "by_ship", "helm", "total")
+    inside = [
+        between(getattr(values, part), getattr(band.low, part), getattr(band.high, part))
+        for part in parts
+    ]
+    inside.append(between(gain, band.gain_low, band.gain_high))
+    inside.append(np.asarray(band.possible)[np.asarray(best)])
+    return np.all(inside, axis=0)
+
+
+def measure_choices(pilot: GlassboxPilot, scenes: RawPlots, level, samples: int) -> str:
+    """One row of the table of manoeuvres."""
+    errors, count, took_ms = errors_of(*level), scenes.present.shape[0], []
+    rows, outside, tried = [], 0, 0
+    for number in range(count):
+        scene = jax.tree.map(lambda x, k=number: x[k], scenes)
+        before = time.process_time()
+        band = jax.device_get(certified_choice(pilot, scene, errors))
+        took_ms.append(1e3 * (time.process_time() - before))
+        keys = jax.random.split(jax.random.key(number))
+        values, best = sampled_choices(pilot, scene, errors, keys[0], samples)
+        attacked = np.asarray(attacked_values(pilot, scene, errors, band.chosen, keys[1]))
+        row = int(band.chosen)
+        low, high = float(band.low.total[row]), float(band.high.total[row])
+        outside += int((~choice_is_within(band, values, best)).sum())
+        outside += int(((attacked < low) | (attacked > high)).sum())
+        tried += len(best) + len(attacked)
+        best = np.asarray(best)
+        found = np.append(values.total[:, row], attacked)
+        off = np.abs(np.angle(np.exp(1j * (band.course_rad[best] - band.course_rad[row]))))
+        courses = np.array(band.possible_courses_rad) - band.course_rad[row]
+        rows.append(
+            (high - low, np.ptp(found), len(courses) == 1, off.max() <= SAME_COURSE_RAD,
+             band.rudder_high - band.rudder_low, (band.margin[row] <= 0).all())
+        )  # fmt: skip
+    width, reach, certain, possible, rudder, clear = map(np.array, zip(*rows, strict=True))
+    degrees = np.degrees(pilot.ship.rudder_limit_rad)
+    return (
+        f"| {pilot.name} | {level[0]}, {level[1]}, {level[2]} | {tried:,} | {outside} "
+        f"| {np.median(width):.2f} | {np.median(reach):.2f} "
+        f"| {np.median(width / np.maximum(reach, 1e-3)):.2f} "
+        f"| {100 * certain.mean():.0f} % | {100 * possible.mean():.0f} % "
+        f"| {degrees * np.median(rudder):.2f} | {100 * clear.mean():.0f} % "
+        f"| {np.median(took_ms):.0f} |"
+    )
+
+
 def alone(pilot: LearnedPilot, scenes: RawPlots, cells: int) -> str:
     """How long the band of one scene takes, one after the other."""
     errors = errors_of(10, 0.5, 0.1)
@@ -267,9 +415,16 @@ if __name__ == "__main__":
             for cells in (1, 5, args.cells):
                 print(alone(steersman, drawn, cells), flush=True)
         raise SystemExit
-    print(HEAD, flush=True)
     for name in args.pilots:
-        steersman = load(name)
+        steersman = pilot_named(name)
+        if isinstance(steersman, GlassboxPilot):
+            drawn = scenes_of(steersman, args.scenes)
+            certified_choice(steersman, jax.tree.map(lambda x: x[0], drawn), errors_of(*LEVELS[0]))
+            print(CHOICES, flush=True)
+            for level in LEVELS:
+                print(measure_choices(steersman, drawn, level, args.samples), flush=True)
+            continue
+        print(HEAD, flush=True)
         drawn = scenes_of(steersman, args.scenes)
         action_bounds(require_sum_actor(steersman), drawn, errors_of(*LEVELS[0]))  # compiles
         for level in LEVELS:

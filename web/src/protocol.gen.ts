@@ -344,11 +344,12 @@ export interface Sweep {
   collision: number[];
 }
 /**
- * The certified rudder band: the pilot's rudder is in it while no sensor errs by more.
+ * The certified band: the pilot's rudder is in it while no sensor errs by more.
  *
  * The errors are bounds for own ship and every target alike: of positions on
  * each axis, of heading and courses, of speeds. ``turn`` is the side that is
- * certain, ``starboard`` or ``port``; absent where neither is.
+ * certain, ``starboard`` or ``port``; absent where neither is. ``manoeuvre`` is there for a pilot
+ * that chooses manoeuvres; the rudder is then that of any manoeuvre that can be the best.
  */
 export interface Band {
   low_rad: number;
@@ -357,6 +358,43 @@ export interface Band {
   course_rad: number;
   speed_m_s: number;
   turn?: string | null;
+  manoeuvre?: ManoeuvreBand | null;
+}
+/**
+ * What is certain of the chosen manoeuvre, if every target keeps course and speed.
+ *
+ * ``low`` and ``high`` hold its value and each part of it. ``courses_rad`` are all true courses
+ * with which the best manoeuvre can begin, from port to starboard, the chosen one among them.
+ * ``keeps_clear``: it brings no target into own ship's domain until the horizon.
+ */
+export interface ManoeuvreBand {
+  low: BySubTask;
+  high: BySubTask;
+  targets: TargetBand[];
+  alternatives: AlternativeBand[];
+  courses_rad: number[];
+  keeps_clear: boolean;
+}
+/**
+ * What a target can cost on the chosen manoeuvre, and how near it can come.
+ *
+ * ``q_low`` and ``q_high`` hold Q_ca; ``depth`` is the deepest Eq. 13 (unclipped: above 0 inside
+ * own ship's domain), ``range_m`` the least range, both until the horizon.
+ */
+export interface TargetBand {
+  id: string;
+  q_low: number;
+  q_high: number;
+  depth: number;
+  range_m: number;
+}
+/**
+ * What the chosen manoeuvre is worth more than another, at least and at most.
+ */
+export interface AlternativeBand {
+  name: string;
+  gain_low: number;
+  gain_high: number;
 }
 /**
  * What a guard sees on the pilot's own way if every target keeps straight on.
@@ -449,10 +487,10 @@ export interface WhatIfMessage {
   counterfactual: [number, number][];
 }
 /**
- * The certified rudder band of one frame, identified by time, pilot and rudder.
+ * The certified band of one frame, identified by time, pilot and rudder.
  *
- * ``short`` says what is certain; ``full`` between which rudders and for which sensor errors, or
- * why there is no band.
+ * ``short`` says what is certain; ``full`` between which rudders, or of which manoeuvre, and for
+ * which sensor errors, or why there is no band.
  */
 export interface BandMessage {
   type: "band";

@@ -129,7 +129,7 @@ def band_of_frames(
 
 def _choice(frame: Frame, band: ManoeuvreBand) -> f.ManoeuvreBand:
     """The band of the chosen manoeuvre, in the terms of its frame."""
-    row, shown = band.chosen, [t.id for t in frame.targets if t.selected and not t.lost]
+    row, shown = int(band.chosen), [t.id for t in frame.targets if t.selected and not t.lost]
     heading = frame.own.heading_rad
     numbers = zip(
         shown,
@@ -139,7 +139,10 @@ def _choice(frame: Frame, band: ManoeuvreBand) -> f.ManoeuvreBand:
         band.range_m[row],
         strict=False,  # empty slots follow
     )
-    targets = [f.TargetBand(id, *map(float, values)) for id, *values in numbers]
+    targets = [
+        f.TargetBand(id, float(low), float(high), float(depth), float(range_m))
+        for id, low, high, depth, range_m in numbers
+    ]
     compared = zip(ALTERNATIVES, band.rows, band.compared, strict=True)
     alternatives = [
         f.AlternativeBand(name, float(band.gain_low[k]), float(band.gain_high[k]))

@@ -65,6 +65,7 @@ class ManoeuvreBand(eqx.Module):
         range_m: The least range of each ship on each manoeuvre.
         gain_low: What the chosen manoeuvre is worth more than each, at least.
         gain_high: The same at most.
+        possible: Which manoeuvres can be the best of all for some errors.
         rudder_low: The least rudder with which one of the possible manoeuvres begins, as a fraction
             of the limit, starboard positive.
         rudder_high: The largest.
@@ -81,16 +82,12 @@ class ManoeuvreBand(eqx.Module):
     range_m: Float[Array, "c n"]
     gain_low: Float[Array, " c"]
     gain_high: Float[Array, " c"]
+    possible: Bool[Array, " c"]
     rudder_low: Float[Array, ""]
     rudder_high: Float[Array, ""]
     rows: Int[Array, " a"]
     compared: Bool[Array, " a"]
     rudder: Float[Array, ""]
-
-    @property
-    def possible(self) -> Bool[Array, " c"]:
-        """Which manoeuvres can be the best of all for some errors."""
-        return self.gain_low <= 0.0
 
     @property
     def possible_courses_rad(self) -> list[float]:
@@ -155,6 +152,7 @@ def certified_choice(pilot: GlassboxPilot, scene: RawPlots, errors: SensorErrors
         ships.range_m.T,
         gain_low,
         gain_high,
+        possible,
         jnp.where(possible, rudder_low, 1.0).min(),
         jnp.where(possible, rudder_high, -1.0).max(),
         rows,
@@ -284,8 +282,8 @@ def _rudders(
 ) -> tuple[Float[Array, " c"], Float[Array, " c"]]:
     """The least and the largest rudder with which each manoeuvre begins."""
     pilot, limit = autopilot_for(ship), ship.rudder_limit_rad
-    rates = at.rate_of_turn_rad_s + errors.rate_rad_s, at.rate_of_turn_rad_s - errors.rate_rad_s
+    rate = jnp.zeros_like(course) + at.rate_of_turn_rad_s
     around = jnp.abs(course) + swing >= jnp.pi
-    low = pilot.rudder_rad(course - swing, rates[0]) / limit
-    high = pilot.rudder_rad(course + swing, rates[1]) / limit
+    low = pilot.rudder_rad(course - swing, rate + errors.rate_rad_s) / limit
+    high = pilot.rudder_rad(course + swing, rate - errors.rate_rad_s) / limit
     return jnp.where(around, -1.0, low), jnp.where(around, 1.0, high)

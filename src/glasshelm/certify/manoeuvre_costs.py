@@ -20,7 +20,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from glasshelm.certify.measurements import N_OWN_ERRORS, N_TARGET_ERRORS
 from glasshelm.certify.path_enclosure import PLACE_ROUNDING, PathEnclosure, PathErrors
@@ -116,6 +116,15 @@ def larger(a: Linear, b: Linear) -> Linear:
     return (a + difference * share).raised(jnp.where(mixed, -share * low, 0.0))
 
 
+class _Scales(NamedTuple):
+    """Of a gauge, on each side of own ship [1/m]."""
+
+    starboard: float
+    port: float
+    ahead: float
+    astern: float
+
+
 class _Gauge(NamedTuple):
     """Upper and lower linear bounds of 1 − g, and their own ends."""
 
@@ -130,7 +139,7 @@ def gauge_bounds(
     across: Float[Array, "g c"],
     along: Float[Array, "g c"],
     slack: Float[Array, " c"],
-    scales: tuple[float, float, float, float],
+    scales: _Scales,
     centre_slack: Float[Array, " c"],
 ) -> _Gauge:
     """Bounds of 1 − √((c·x)² + (c'·y)²), the scales c on each side of own ship.
@@ -140,7 +149,7 @@ def gauge_bounds(
         across: What each error adds to starboard [m].
         along: What each error adds ahead [m].
         slack: What else the place may be off [m].
-        scales: 1/m to starboard, to port, ahead, astern.
+        scales: Of the gauge.
         centre_slack: What the range alone may be off [m], however own ship is turned.
     """
     starboard, port, ahead, astern = scales
@@ -249,8 +258,8 @@ def target_bounds(
         loa_m: Own ship's length.
         costs: The critic's.
     """
-    domain = tuple(1.0 / (a * loa_m) for a in (STARBOARD_LOA, PORT_LOA, AHEAD_LOA, ASTERN_LOA))
-    circle = (1.0 / (costs.near_loa * loa_m),) * 4
+    domain = _Scales(*(1.0 / (a * loa_m) for a in (STARBOARD_LOA, PORT_LOA, AHEAD_LOA, ASTERN_LOA)))
+    circle = _Scales(*(1.0 / (costs.near_loa * loa_m),) * 4)
     zero = jnp.zeros_like(path.place_slack[0])
     idle = ((0, N_ERRORS - path.x.shape[1]), (0, 0))
 
@@ -339,7 +348,7 @@ def waypoint_bounds(
 
 def helm_bounds(
     manoeuvres: Manoeuvres,
-    keep: np.ndarray,
+    keep: Bool[np.ndarray, " c"],
     bearing: tuple[Float[Array, ""], Float[Array, "3"], Float[Array, ""]],
     costs: ManoeuvreCosts,
 ) -> Bounds:
@@ -348,7 +357,6 @@ def helm_bounds(
     ``bearing`` is that of the waypoint off the bow: nominal, slopes and slack.
     """
     angle, slopes, slack = bearing
-    keep = jnp.asarray(keep)
     # From the heading to the first course, or from the last one back to the waypoint.
     first = wrap_angle(jnp.where(keep, angle, angle + manoeuvres.offset_rad))
     radius = jnp.abs(slopes).sum() + slack

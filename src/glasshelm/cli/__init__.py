@@ -13,6 +13,7 @@ from glasshelm import __version__
 #: parameters tyro turns into options.
 COMMANDS = {
     "bridge": "Show simulated, recorded or live traffic on a web page, with explained advice",
+    "certify": "Say what is certain of a logged decision while the sensors err within bounds",
     "evaluate": "Evaluate pilots on suites of encounters: safety, COLREGs, efficiency",
     "explain": "Simulate an encounter and explain it: figures, frames, report.html",
     "faithfulness": "Test whether the explanations of a pilot are true",

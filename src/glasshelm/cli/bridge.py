@@ -46,7 +46,7 @@ def run(
         token: A secret that opens the page for the owner, 12 characters or more.
         viewer_token: A different secret, for those who may only watch. Both addresses are printed.
         sensor_errors: Largest sensor errors, in metres, degrees and knots, that the certified
-            rudder band of a sum pilot allows for; "off" for no band.
+            certified band allows for; "off" for no band.
         write_back: Write rudder, closest approaches and alarms back to the Signal K source.
         signalk_token: A token of the Signal K source, needed to write back, and to read from a
             server that nobody may read otherwise. It is sent to that server alone.

@@ -39,8 +39,8 @@ class VoyageOptions(PilotOptions):
     advise: bool = False
     """Let own ship keep its recorded track; the pilot only advises."""
     sensor_errors: str | None = None
-    """Largest sensor errors, in metres, degrees and knots (10,0.5,0.1): every frame of a sum pilot
-    then has its certified rudder band."""
+    """Largest sensor errors, in metres, degrees and knots (10,0.5,0.1): every frame of a sum or
+    glassbox pilot then has its certified band."""
     steps: int | None = None
     """Number of steps of 5 s (default: as long as the source lasts)."""
 

@@ -193,6 +193,7 @@ class Band(_Part, frozen=True):
     course_rad: float
     speed_m_s: float
     turn: str | None = None
+    manoeuvre: ManoeuvreBand | None = None
 
     def __post_init__(self) -> None:
         self._clean(printable, "turn")

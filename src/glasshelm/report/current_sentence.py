@@ -27,7 +27,7 @@ from glasshelm.frames.phrases import (
 )
 from glasshelm.frames.schema import Frame
 from glasshelm.frames.series import Series, to_series
-from glasshelm.report.band_text import certainty_text
+from glasshelm.report.band_text import certainty_text, choice_text
 from glasshelm.report.guard_text import override_text
 from glasshelm.report.manoeuvre_text import manoeuvre_reasons, order_text
 from glasshelm.report.rudder_reasons import disagreement_text, reason_text
@@ -98,7 +98,7 @@ def _why(voyage: Series, frame: Frame, kinds: EncounterTypes | None) -> str:
     last, rudder = len(voyage.rudder_rad) - 1, float(voyage.rudder_rad[-1])
     told = [override_text([frame])]
     if frame.manoeuvre is not None:
-        told.append(manoeuvre_reasons(frame))
+        told += [manoeuvre_reasons(frame), choice_text(frame)]
     if any(told):
         return ". ".join(capitalised(text) for text in told if text)
     if abs(rudder) < RELEASE_RAD:

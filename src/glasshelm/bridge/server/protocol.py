@@ -269,10 +269,10 @@ class WhatIfMessage(ServerMessage, frozen=True, tag="whatif"):
 
 
 class BandMessage(ServerMessage, frozen=True, tag="band"):
-    """The certified rudder band of one frame, identified by time, pilot and rudder.
+    """The certified band of one frame, identified by time, pilot and rudder.
 
-    ``short`` says what is certain; ``full`` between which rudders and for which sensor errors, or
-    why there is no band.
+    ``short`` says what is certain; ``full`` between which rudders, or of which manoeuvre, and for
+    which sensor errors, or why there is no band.
     """
 
     time_s: float
