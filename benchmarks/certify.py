@@ -64,7 +64,7 @@ from glasshelm.ship.nomoto import KNOT_M_S, ShipParams, ShipState
 LEVELS = ((5, 0.2, 0.05), (10, 0.5, 0.1), (30, 1.0, 0.2), (100, 3.0, 0.5))
 ENCOUNTERS, INSTANTS, EVERY = 64, 24, 20
 #: A pilot that tries manoeuvres is slower: fewer voyages.
-GLASSBOX_ENCOUNTERS = 12
+GLASSBOX_ENCOUNTERS = 6
 HEAD = (
     "| pilot | errors: m, °, kn | samples | outside | median band [°] | median range found [°] "
     "| median of their ratio | turn certified | turn possible | ms of CPU a band |\n"

@@ -18,8 +18,8 @@ from glasshelm.certify.sensor_error_bounds import parse_error_bounds
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import scenario_from
 from glasshelm.frames import frame_log
-from glasshelm.frames.frame_parquet import columns, rows
-from glasshelm.pilots.registry import load
+from glasshelm.frames.frame_parquet import columns, rows, to_parquet
+from glasshelm.pilots.registry import load, pilot_named
 from glasshelm.ship.nomoto import KNOT_M_S, ship_named
 from glasshelm.simulation.voyage import Voyage, steps_of
 
@@ -131,3 +131,30 @@ def test_errors_that_are_none_are_refused_in_one_line(text):
     with pytest.raises(InputError, match="metres, degrees and knots") as raised:
         parse_error_bounds(text)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.slow
+def test_a_manoeuvre_has_its_band_in_log_and_table(tmp_path):
+    scenario = scenario_from("random:35", ship_named("paper"))
+    chooser = pilot_named("paper-glassbox")
+    frames = list(Voyage(scenario, chooser, steps_of(scenario, 5)).advance())
+    (frame,) = list(with_bands(frames[-1:], chooser, ERRORS))
+    band = frame.band.manoeuvre
+    assert band.low.total <= frame.value.total <= band.high.total
+    assert frame.band.low_rad <= frame.decision.rudder_rad <= frame.band.high_rad
+    assert [t.id for t in band.targets] == [t.id for t in frame.targets]
+    for bound, target in zip(band.targets, frame.targets, strict=True):
+        assert bound.q_low <= target.q <= bound.q_high
+        assert bound.range_m <= target.range_m
+    assert band.keeps_clear == all(t.depth <= 0 for t in band.targets)
+    gains = {a.name: frame.value.total - a.value.total for a in frame.alternatives}
+    assert [a.name for a in band.alternatives] == list(gains)
+    for other in band.alternatives:
+        assert other.gain_low - 1e-3 <= gains[other.name] <= other.gain_high + 1e-3
+    assert min(abs(np.array(band.courses_rad) - frame.manoeuvre.course_rad)) < 1e-5
+    assert frame_log.write_log(tmp_path / "log.jsonl", [frame]) == 1
+    assert list(frame_log.read_log(tmp_path / "log.jsonl")) == [frame]
+    assert to_parquet([frame], tmp_path / "log.parquet") == len(frame.targets)
+    other = msgspec.structs.replace(frame.decision, rudder_rad=-frame.decision.rudder_rad + 0.02)
+    with pytest.raises(InputError, match="did not decide this rudder"):
+        band_of_frames([msgspec.structs.replace(frame, decision=other)], chooser, ERRORS)

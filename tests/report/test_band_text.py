@@ -8,9 +8,21 @@ import pytest
 from tests.voyages import Other, voyage
 
 from glasshelm.certify.rudder_band import RudderBand
+from glasshelm.frames.schema import (
+    AlternativeBand,
+    BySubTask,
+    Manoeuvre,
+    ManoeuvreBand,
+    TargetBand,
+)
 from glasshelm.frames.schema import Band as Drawn
 from glasshelm.frames.series import to_series
-from glasshelm.report.band_text import certainty_text, full_band_text, short_band_text
+from glasshelm.report.band_text import (
+    band_rows,
+    certainty_text,
+    full_band_text,
+    short_band_text,
+)
 from glasshelm.report.current_sentence import current_sentence
 from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import KNOT_M_S
@@ -90,3 +102,49 @@ def test_a_turn_is_certain_if_all_its_frames_are():
     told = [line.text for line in narrate(sailed(3.0, *[sure] * 20)) if line.kind == "turn"]
     assert told
     assert told[0].endswith(f" To starboard for certain {WITHIN}.")
+
+
+def chosen(courses_deg: list[float], depth: float, low: float = 83.18, high: float = 84.41):
+    """A frame on course 060°, with the band of its manoeuvre."""
+    parts = [BySubTask(x, 0.0, x, 0.0) for x in (low, high)]
+    choice = ManoeuvreBand(
+        *parts,
+        [TargetBand("Aurora", -1.0, 0.0, depth, 1_500.0)],
+        [AlternativeBand("keep", 0.5, 2.0)],
+        [math.radians(x) for x in courses_deg],
+        depth <= 0,
+    )
+    (frame,) = sailed(3.0, msgspec.structs.replace(band(2.0, 4.0), manoeuvre=choice))
+    return msgspec.structs.replace(frame, manoeuvre=Manoeuvre(math.radians(60.0), 400.0))
+
+
+def test_a_manoeuvre_that_is_certain():
+    frame = chosen([60.0], -0.5)
+    assert short_band_text(frame) == "certain: course 060°"
+    assert full_band_text(frame) == (
+        "no other course can be better; worth 83.1 to 84.5 points; every ship stays out of the "
+        f"domain (Aurora no nearer than 0.80 NM), {WITHIN}"
+    )
+    assert current_sentence([frame]).why.endswith(f". No other course can be better {WITHIN}")
+
+
+def test_a_manoeuvre_that_is_not_certain():
+    frame = chosen([350.0, 60.0, 90.0], 0.1)
+    assert short_band_text(frame) == "course not certain"
+    assert full_band_text(frame).startswith(
+        "another course can be better, up to 70° to port or 30° to starboard; worth "
+    )
+    assert "Aurora can come into the domain (Aurora no nearer than 0.80 NM)" in full_band_text(
+        frame
+    )
+    assert "certain" not in current_sentence([frame]).why
+    one_side = full_band_text(chosen([60.0, 90.0], 0.1))
+    assert one_side.startswith("another course can be better, up to 30° to starboard; ")
+
+
+def test_the_table_of_a_band_never_promises_more_than_it_holds():
+    rows = {name: cells for name, *cells in band_rows(chosen([60.0], -0.5, 83.181, 84.411))}
+    assert rows["Aurora"] == ["-1.00", "+0.00", "-0.50", "0.80 NM"]
+    assert rows["total"][:2] == ["+83.18", "+84.42"]
+    assert rows["gain over: keep"][:2] == ["+0.50", "+2.00"]
+    assert band_rows(sailed(3.0, band(2.0, 4.0))[0]) == []

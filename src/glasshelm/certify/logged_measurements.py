@@ -16,7 +16,12 @@ import msgspec
 import numpy as np
 from jaxtyping import Array, Float
 
-from glasshelm.certify.manoeuvre_band import ManoeuvreBand, ValueBounds, certified_choice
+from glasshelm.certify.manoeuvre_band import (
+    ManoeuvreBand,
+    ValueBounds,
+    certified_choice,
+    require_simulated_critic,
+)
 from glasshelm.certify.measurements import RawPlots, observe_plots
 from glasshelm.certify.rudder_band import RudderBand, action_bounds, require_sum_actor
 from glasshelm.certify.sensor_error_bounds import SensorErrorBounds
@@ -30,6 +35,7 @@ from glasshelm.frames.schema import Frame
 from glasshelm.networks.actors import SumActor
 from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.protocols import Pilot
+from glasshelm.simulation.frame_builder import ship_params
 
 #: Bounds of a band at most.
 MAX_CELLS = 17
@@ -83,7 +89,9 @@ def _plot(
 
 def require_certifiable(pilot: Pilot) -> None:
     """InputError if there are no bounds for this pilot."""
-    if not isinstance(pilot, GlassboxPilot):
+    if isinstance(pilot, GlassboxPilot):
+        require_simulated_critic(pilot)
+    else:
         require_sum_actor(pilot)
 
 
@@ -109,6 +117,7 @@ def band_of_frames(
     frame, scene, sensors = frames[-1], plots_from_frames(frames), errors.as_sensor_errors()
     limit = frame.ship.rudder_limit_rad
     if isinstance(pilot, GlassboxPilot):
+        pilot = pilot.for_ship(ship_params(frame.ship))
         band = jax.device_get(certified_choice(pilot, scene, sensors))
         again, low, high = (float(x) for x in (band.rudder, band.rudder_low, band.rudder_high))
         manoeuvre = _choice(frame, band)

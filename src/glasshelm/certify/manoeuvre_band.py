@@ -31,10 +31,12 @@ from glasshelm.certify.path_enclosure import (
     PathErrors,
     enclose_paths,
 )
+from glasshelm.core.errors import InputError
 from glasshelm.core.geometry import wrap_angle
 from glasshelm.env.step import EnvSettings
 from glasshelm.explanation.manoeuvre_explanation import SAME_COURSE_RAD, alternatives, choose
 from glasshelm.pilots.glassbox import GlassboxPilot
+from glasshelm.planning.simulated_critic import SimulatedCritic
 from glasshelm.planning.situation import Situation, rudder_towards, situation_of
 from glasshelm.ship.autopilot import autopilot_for
 from glasshelm.ship.nomoto import ShipParams
@@ -103,7 +105,6 @@ class ManoeuvreBand(eqx.Module):
         return (chosen + np.unique(np.append(others, 0.0))).tolist()
 
 
-@eqx.filter_jit
 def certified_choice(pilot: GlassboxPilot, scene: RawPlots, errors: SensorErrors) -> ManoeuvreBand:
     """Bounds on the values of all manoeuvres, for every scene within ``errors`` of this one.
 
@@ -114,8 +115,30 @@ def certified_choice(pilot: GlassboxPilot, scene: RawPlots, errors: SensorErrors
 
     Returns:
         What is certain of the choice.
+
+    Raises:
+        InputError: The pilot has been given no ship, or its critic does not simulate.
     """
-    ship, critic = pilot.ship, pilot.critic
+    require_simulated_critic(pilot)
+    if pilot.ship is None:
+        raise InputError(f"pilot {pilot.name!r} is for any ship: for_ship(ship) gives it one")
+    # Own ship's numbers are constants of the program: the closed loop is analysed before it runs.
+    ship = jax.tree.map(float, pilot.ship)
+    return _certified(pilot.critic, ship, scene, errors)
+
+
+def require_simulated_critic(pilot: GlassboxPilot) -> None:
+    """InputError if the pilot's critic does not simulate: there are no bounds for others."""
+    if not isinstance(pilot.critic, SimulatedCritic):
+        raise InputError(
+            f"{pilot.name} has a learned critic; only a simulated one can be certified"
+        )
+
+
+@eqx.filter_jit
+def _certified(
+    critic: SimulatedCritic, ship: ShipParams, scene: RawPlots, errors: SensorErrors
+) -> ManoeuvreBand:
     observation = observe_plots(scene)
     at = situation_of(observation, ship)
     manoeuvres, values = critic(observation, ship)

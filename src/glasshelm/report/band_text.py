@@ -73,7 +73,13 @@ def band_rows(frame: Frame) -> list[tuple[str, ...]]:
         return (name, *ends, *more, *[""] * (2 - len(more)))
 
     ships = [
-        row(names.get(t.id, t.id), t.q_low, t.q_high, f"{t.depth:.2f}", miles(_least_m(t)))
+        row(
+            names.get(t.id, t.id),
+            t.q_low,
+            t.q_high,
+            f"{math.ceil(100 * t.depth) / 100:.2f}",
+            miles(_least_m(t)),
+        )
         for t in band.targets
     ]
     others = [row(f"gain over: {a.name}", a.gain_low, a.gain_high) for a in band.alternatives]

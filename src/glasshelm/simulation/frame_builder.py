@@ -238,6 +238,14 @@ def ship_part(ship: ShipParams) -> Ship:
     )
 
 
+def ship_params(part: Ship) -> ShipParams:
+    """The ship of a frame."""
+    rate = np.inf if part.rudder_rate_rad_s is None else part.rudder_rate_rad_s
+    return ShipParams(
+        part.K_1_s, part.T_s, part.rudder_limit_rad, rate, part.loa_m, part.beam_m, part.speed_m_s
+    )
+
+
 def _reasons(moment: ExplainedStep, shown: np.ndarray, limit_rad: float) -> Columns:
     """What the pilot makes of each ship shown; absent for those that it was not shown."""
     place = {int(i): k for k, i in enumerate(moment.slots) if moment.observation.present[k]}

@@ -9,7 +9,6 @@ rounds to a micrometre and a microradian (:data:`glasshelm.simulation.frame_buil
 """
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 
@@ -32,6 +31,7 @@ from glasshelm.pilots.decide import decide_on
 from glasshelm.pilots.protocols import Memory, Pilot
 from glasshelm.ship.nomoto import ShipParams, ShipState
 from glasshelm.simulation.explained_step import LastKnownTargets
+from glasshelm.simulation.frame_builder import ship_params
 from glasshelm.simulation.voyage import padded_encounter
 
 
@@ -115,7 +115,7 @@ def branch_at(
         Encounter(_own(start.own), _route(ahead), track, jnp.asarray(np.arange(slots) < len(infos)))
     )
     wide = encounter.present.shape[0]
-    ship = _ship(start)
+    ship = jax.tree.map(_scalar, ship_params(start.ship))
     known, memory = empty_observation(wide), pilot.start()
     remembers = bool(jax.tree.leaves(memory))
     for k in range(first, number + 1):
@@ -298,13 +298,6 @@ def _own(own: Own) -> ShipState:
             ),
         )
     )
-
-
-def _ship(frame: Frame) -> ShipParams:
-    s = frame.ship
-    rate = math.inf if s.rudder_rate_rad_s is None else s.rudder_rate_rad_s
-    values = (s.K_1_s, s.T_s, s.rudder_limit_rad, rate, s.loa_m, s.beam_m, s.speed_m_s)
-    return ShipParams(*map(_scalar, values))
 
 
 def _scalar(x: float) -> Array:
