@@ -51,7 +51,7 @@ class PaperFigure:
 
 EQUATIONS = (
     PaperEquation(
-        "1", "The discounted return.", "The printed indices repeat; Σ γᵏ r_{t+k+1} is meant.",
+        "1", "The discounted return.", "The printed indices repeat; Σ γᵏ r(t+k+1) is meant.",
         "training/critic_accuracy.py",
     ),
     PaperEquation(

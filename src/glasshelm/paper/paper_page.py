@@ -30,8 +30,9 @@ figure .by { font-weight: 600; color: var(--ink); }
 .differs { background: var(--warn-ground); }
 td, th { min-width: 0; vertical-align: top; }
 td.why { color: var(--soft); }
-nav a { margin-right: .7rem; }
-code { overflow-wrap: anywhere; }
+nav a { margin-right: .7rem; white-space: nowrap; }
+dd code { overflow-wrap: anywhere; }
+td code { white-space: nowrap; font-size: .8rem; }
 @media print { h3, h4 { break-after: avoid; } tr { break-inside: avoid; } nav { display: none; }
   body { font-size: .85rem; } main, header, footer { max-width: none; } }
 """
