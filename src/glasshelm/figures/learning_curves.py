@@ -39,7 +39,7 @@ def learning_curves(curves: Sequence[LearningCurve]) -> Figure:
     right.set_title("Return over 1200 s")
     for ax in (left, right):
         ax.set_xlabel("steps of the environment [million]")
-        ax.set_xlim(left=0)
+        ax.set_xscale("log")
         ax.grid(True, axis="y")
     legend_below(figure, [look.handle() for look in looks])
     return figure

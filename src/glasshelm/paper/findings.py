@@ -23,7 +23,7 @@ def of_tracks(voyages: Sequence[Series]) -> str:
     text = f"A ship entered the domain in {len(entered)} of {len(met)} encounters"
     if entered:
         deepest = max(float(np.nanmax(s.danger)) for v in entered for s in v.ships)
-        text += f" (danger up to {deepest:.2f})"
+        text += f" (danger up to {deepest:.3f})"
     return f"{text}; the nearest came to {nearest / NAUTICAL_MILE_M:.2f} NM."
 
 
@@ -71,7 +71,10 @@ def _agreement(voyage: Series, times_s: Sequence[float]) -> str:
     )
     falls = voyage.priority_collision[back] < voyage.priority_collision[away]
     if avoids and returns and falls:
-        return "As the paper describes it."
+        still = voyage.priority_collision[back] > voyage.priority_waypoint[back]
+        return "As the paper describes it" + (
+            ", though avoiding still has the higher priority then." if still else "."
+        )
     lacks = [
         what
         for what, is_so in (
