@@ -33,8 +33,8 @@ from glasshelm.explanation.danger_zero import far_value
 from glasshelm.networks.actors import Policy
 from glasshelm.networks.checkpoint import read_header
 from glasshelm.networks.ship_batch import Padded
-from glasshelm.pilots.learned import read_pilot
-from glasshelm.pilots.registry import SUFFIX, WEIGHTS, bundled_pilots
+from glasshelm.pilots.learned import LearnedPilot, read_pilot
+from glasshelm.pilots.registry import SUFFIX, WEIGHTS, guardable_pilots
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.config import config_from_dict
 from glasshelm.training.exploration import Noise, NoiseSettings, explore, no_noise
@@ -191,11 +191,11 @@ def main() -> None:
     arguments = parser.parse_args()
     print("| pilot | head | r | ceiling of r | slope | bias | spread of returns | far target |")
     print("|---|---|---|---|---|---|---|---|")
-    for name in arguments.pilots or bundled_pilots():
+    for name in arguments.pilots or guardable_pilots():
         path = Path(name) if name.endswith(SUFFIX) else WEIGHTS / f"{name}{SUFFIX}"
         pilot = read_pilot(path, name)
         learning = config_from_dict(read_header(path)["config"]).ddpg
-        if pilot.critic is None:
+        if not isinstance(pilot, LearnedPilot) or pilot.critic is None:
             sys.exit(f"{name} has no critic: train one with --set ddpg.env_steps=2000000")
         ship = pilot.trained.ship
         batch = random_encounters(jax.random.key(SEED), arguments.encounters, ship, PAPER)

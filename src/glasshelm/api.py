@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from glasshelm.core.errors import InputError
 from glasshelm.encounters.scenario_factory import recording_settings, scenario_from
 from glasshelm.encounters.types import Scenario
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.pilot_resolution import DEFAULT_SHIP, ship_of
 from glasshelm.pilots.protocols import Pilot
@@ -118,11 +119,11 @@ def train(
     seed: int = 0,
     settings: Sequence[str] = (),
     resume: bool = False,
-) -> LearnedPilot:
+) -> LearnedPilot | GlassboxPilot:
     """Train a pilot, and write weights, logs and snapshots to a folder.
 
     Args:
-        preset: ``fast``, ``ddpg``, ``paper``, ``tiny`` or ``tiny-fast``.
+        preset: ``fast``, ``glassbox``, ``ddpg``, ``paper``, or ``tiny`` and its like.
         out: The folder.
         minutes: Stop cleanly after so long.
         seed: Of everything random.

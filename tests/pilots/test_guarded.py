@@ -15,7 +15,7 @@ from glasshelm.env.step import reset, step
 from glasshelm.pilots.batched import BatchedPilot
 from glasshelm.pilots.guarded import GuardedPilot
 from glasshelm.pilots.protocols import Pilot, TrainedPilot
-from glasshelm.pilots.registry import bundled_pilots, load, pilot_named, pilot_names
+from glasshelm.pilots.registry import guardable_pilots, load, pilot_named, pilot_names
 from glasshelm.pilots.straight import StraightPilot
 from glasshelm.report.narrative import narrate
 from glasshelm.ship.nomoto import SHIPS
@@ -61,7 +61,7 @@ def test_its_names(tmp_path):
     assert isinstance(mine, Pilot)
     assert mine.name == "mine-guarded"
     assert mine.weights_sha256 == glasshelm.load(tmp_path / "mine.safetensors").weights_sha256
-    assert {f"{name}-guarded" for name in bundled_pilots()} <= set(pilot_names())
+    assert {f"{name}-guarded" for name in guardable_pilots()} <= set(pilot_names())
     with pytest.raises(InputError, match=r"unknown pilot 'nobody': .*paper-sum"):
         pilot_named("nobody-guarded")
     with pytest.raises(InputError, match="'paper-cpa' is no learned one"):

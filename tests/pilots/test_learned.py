@@ -12,10 +12,15 @@ from glasshelm.core.errors import InputError
 from glasshelm.encounters.random_encounters import PAPER
 from glasshelm.env.step import EnvSettings
 from glasshelm.env.training_envelope import MAX_FEATURE
-from glasshelm.networks.checkpoint import CheckpointError, save_tree
+from glasshelm.networks.checkpoint import CheckpointError, file_sha256, read_header, save_tree
 from glasshelm.pilots import decide, registry
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.protocols import Pilot
 from glasshelm.pilots.straight import StraightPilot
+from glasshelm.training.config import preset_named
+from glasshelm.training.init_actor import init_actor
+from glasshelm.training.stages import initial_policy
+from glasshelm.training.training_state import save_pilot
 
 
 @pytest.fixture
@@ -111,7 +116,7 @@ def test_missing_damaged_and_truncated_files(weights):
         ({"actor": {"kind": "transformer"}}, "unknown actor 'transformer'"),
         ({"actor": {"kind": "sum", "layers": 3}}, "'actor' does not fit this version"),
         ({"actor": {"kind": "sum"}}, "tensor"),
-        ({"actor": None}, "no 'actor'"),
+        ({"actor": None}, "'critic' does not fit this version (kind 'None')"),
         ({"critic": None}, "unexpected tensor critic"),
         ({"critic": {"hidden": [7]}}, "tensor critic"),
         ({"critic": {"hidden": "wide"}}, "'critic' does not fit this version"),
@@ -130,6 +135,58 @@ def test_another_architecture_is_told_in_one_line(tmp_path, header, said):
         glasshelm.load(path)
     assert said in one_line(caught)
     assert "other.safetensors" in one_line(caught)
+
+
+TINY = preset_named("tiny-glassbox")
+
+
+def write_steering(path, **changed):
+    """A critic that steers, with a header that may say something else."""
+    policy = initial_policy(TINY)
+    save_pilot(path, policy, None, TINY, {})
+    if changed:
+        header = read_header(path)
+        header["critic"] |= changed
+        save_tree(path, {"critic": policy.critic}, header)
+    return policy
+
+
+def test_a_critic_that_steers_comes_back_as_it_went(tmp_path):
+    path = tmp_path / "steering.safetensors"
+    policy = write_steering(path)
+    pilot = glasshelm.pilot(path)
+    assert isinstance(pilot, GlassboxPilot)
+    assert isinstance(pilot, Pilot)
+    assert eqx.tree_equal(pilot.critic, policy.critic)
+    assert pilot.trained.env.episode_steps == 4 * 12
+    assert pilot.weights_sha256 == file_sha256(path)
+    why = jax.tree.map(jnp.asarray, glasshelm.explain(pilot, observation(3)).explanation)
+    parts = why.value.waypoint + why.value.helm + why.value.by_ship.sum()
+    np.testing.assert_allclose(why.value.total, parts, atol=1e-4)
+    assert float(jnp.nanmax(why.manoeuvre.alternatives.total)) <= float(why.value.total) + 1e-4
+    with pytest.raises(InputError, match="cannot be guarded"):
+        registry.pilot_named(f"{path}-guarded")
+    with pytest.raises(InputError, match="no actor to start from"):
+        init_actor(dataclasses.replace(preset_named("tiny"), init_from=str(path)))
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"kind": "oracle"}, "kind 'oracle'"),
+        ({"hidden": [8, 8]}, "lacks tensor"),
+        ({"table": {"durations_s": [1.0] * 90_000}}, "manoeuvres"),
+        ({"costs": {"step_s": 0.0}}, "in steps of 0 s"),
+        ({"costs": {"step_s": 1e-9}}, "in steps of 1e-09 s"),
+        ({"layers": 3}, "unknown field 'layers'"),
+    ],
+)
+def test_a_critic_of_another_kind_is_told_in_one_line(tmp_path, changed, said):
+    path = tmp_path / "other.safetensors"
+    write_steering(path, **changed)
+    with pytest.raises(CheckpointError, match="weights of another architecture") as caught:
+        glasshelm.pilot(path)
+    assert said in one_line(caught)
 
 
 def test_a_file_of_other_tensors_is_not_a_pilot(tmp_path):

@@ -27,7 +27,7 @@ def run(
     Ctrl-C stops at a whole step and saves; --resume continues from there, bit for bit.
 
     Args:
-        preset: paper, ddpg, fast, tiny or tiny-fast.
+        preset: paper, ddpg, fast, glassbox, tiny, tiny-fast or tiny-glassbox.
         actor: How the ships are merged into one feature (sum: Eq. 20-21, attention: Eq. 23).
         critic: One TD error of the total (the paper), or one for each sub-task.
         ship: Own ship: paper or large_ship.
@@ -63,8 +63,11 @@ def run(
         config = with_settings(dataclasses.replace(preset_named(preset), **options), overrides)
     ship_named(config.ship)
     console = Terminal(stderr=False)
+    what = f"{config.actor} actor, critics by {config.critic}"
+    if config.algorithm == "regression":
+        what = "a critic of manoeuvres that steers"
     console.say(
-        f"{config.preset}: {config.actor} actor, critics by {config.critic}, ship {config.ship}, "
+        f"{config.preset}: {what}, ship {config.ship}, "
         f"seed {config.seed}, on {jax.devices()[0].device_kind}; writing {out}"
     )
     with TrainingProgress(console) as progress:

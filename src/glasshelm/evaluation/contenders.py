@@ -14,6 +14,7 @@ import numpy as np
 import glasshelm
 from glasshelm.core.errors import InputError
 from glasshelm.pilots.clairvoyant import ORACLE_PILOTS, OraclePilot
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.learned import LearnedPilot
 from glasshelm.pilots.pilot_resolution import ship_of
 from glasshelm.pilots.protocols import Pilot, for_ship
@@ -107,7 +108,7 @@ def _ships(
 
 def pilot_digest(pilot: Pilot | OraclePilot) -> str:
     """A SHA-256 that differs between pilots that may decide differently, whatever their names."""
-    if isinstance(pilot, LearnedPilot) and pilot.weights_sha256 is not None:
+    if isinstance(pilot, LearnedPilot | GlassboxPilot) and pilot.weights_sha256 is not None:
         return pilot.weights_sha256
     digest = hashlib.sha256(f"{type(pilot).__module__}.{pilot!r}".encode())
     for leaf in jax.tree.leaves(eqx.filter(pilot, eqx.is_array)):

@@ -17,7 +17,7 @@ product is spent on nobody. Networks are written once against these verbs:
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, Shaped
 
 _NEVER = -1e9
 
@@ -27,7 +27,7 @@ class Padded(eqx.Module):
 
     present: Bool[Array, "*b n"]
 
-    def to_rows(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def to_rows(self, x: Shaped[Array, "..."]) -> Shaped[Array, "..."]:
         return x
 
     def broadcast(self, a: Float[Array, "*b d"]) -> Float[Array, "*b 1 d"]:
@@ -184,7 +184,7 @@ class Packed(eqx.Module):
         count = self.present.sum(-1)
         return fits & (self._pairs.filled.sum(-1) == count * count)
 
-    def to_rows(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
+    def to_rows(self, x: Shaped[Array, "..."]) -> Shaped[Array, "..."]:
         return x.reshape(-1, *x.shape[2:])[self._ships.flat]
 
     def broadcast(self, a: Float[Array, "w d"]) -> Float[Array, "r d"]:

@@ -8,21 +8,47 @@ law (open-loop feedback control, Bertsekas).
 """
 
 import dataclasses
+from typing import Protocol, runtime_checkable
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
 from glasshelm.core.errors import InputError
 from glasshelm.env.observe import Observation
+from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.explanation.manoeuvre_explanation import choose, explain_manoeuvre
+from glasshelm.networks.critics import QValues
 from glasshelm.pilots.protocols import Decision, Memory
-from glasshelm.planning.simulated_critic import SimulatedCritic
+from glasshelm.planning.manoeuvres import Manoeuvres
+from glasshelm.planning.simulated_critic import ManoeuvreCosts, SimulatedCritic
 from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 
 
+@runtime_checkable
+class ManoeuvreCritic(Protocol):
+    """What values manoeuvres: :class:`~glasshelm.planning.simulated_critic.SimulatedCritic`, or
+    :class:`~glasshelm.planning.learned_critic.LearnedCritic`.
+    """
+
+    @property
+    def costs(self) -> ManoeuvreCosts:
+        """What counts."""
+        ...
+
+    def __call__(self, observation: Observation, ship: ShipParams) -> tuple[Manoeuvres, QValues]:
+        """The manoeuvres that there are in one observation; their values by sub-task."""
+        ...
+
+    def along(
+        self, course_rad: Float[Array, ""], observation: Observation, ship: ShipParams
+    ) -> tuple[Manoeuvres, QValues]:
+        """Those along a course relative to own heading, or along the nearest that it knows."""
+        ...
+
+
 def best_course(
-    critic: SimulatedCritic, observation: Observation, ship: ShipParams
+    critic: ManoeuvreCritic, observation: Observation, ship: ShipParams
 ) -> Float[Array, ""]:
     """The course that the manoeuvre valued most begins with, off the waypoint's bearing [rad]."""
     manoeuvres, values = critic(observation, ship)
@@ -36,11 +62,15 @@ class GlassboxPilot(eqx.Module):
         ship: The ship that it was made for; None: any, and :meth:`for_ship` gives it one.
         name: What people call it.
         critic: What values the manoeuvres.
+        trained: What the critic was trained on; None if it was not.
+        weights_sha256: The file that it came from, if it came from one.
     """
 
     ship: ShipParams | None = None
     name: str = eqx.field(static=True, default="glassbox")
-    critic: SimulatedCritic = SimulatedCritic()
+    critic: ManoeuvreCritic = SimulatedCritic()
+    trained: TrainingEnvelope | None = eqx.field(static=True, default=None)
+    weights_sha256: str | None = eqx.field(static=True, default=None)
 
     def for_ship(self, ship: ShipParams) -> "GlassboxPilot":
         return self if self.ship is not None else dataclasses.replace(self, ship=ship)

@@ -12,8 +12,10 @@ from glasshelm.explanation.step_explanation import Explanation
 from glasshelm.networks.actors import Actor
 from glasshelm.networks.checkpoint import file_sha256
 from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.load_networks import read_networks
 from glasshelm.pilots.protocols import Decision, Memory
+from glasshelm.planning.learned_critic import LearnedCritic
 from glasshelm.ship.nomoto import ShipParams
 
 
@@ -49,11 +51,15 @@ class LearnedPilot(eqx.Module):
         return explain_rudder(self.actor, self.critic, observation, rudder)
 
 
-def read_pilot(path: Path, name: str) -> LearnedPilot:
-    """The pilot of a weights file, called ``name``.
+def read_pilot(path: Path, name: str) -> LearnedPilot | GlassboxPilot:
+    """The pilot of a weights file, called ``name``: of an actor, or of a critic that steers.
 
     Raises:
         CheckpointError: The file cannot be used; the message is one line.
     """
     networks, trained = read_networks(path)
-    return LearnedPilot(networks.actor, networks.critic, trained, name, file_sha256(path))
+    digest = file_sha256(path)
+    if isinstance(networks.critic, LearnedCritic):
+        return GlassboxPilot(trained.ship, name, networks.critic, trained, digest)
+    assert networks.actor is not None
+    return LearnedPilot(networks.actor, networks.critic, trained, name, digest)

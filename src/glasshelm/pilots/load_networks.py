@@ -15,20 +15,26 @@ from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.checkpoint import CheckpointError, load_tree, read_header
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
+from glasshelm.planning.learned_critic import LearnedCritic, ManoeuvreCriticSizes
 from glasshelm.ship.nomoto import ShipParams, check_ship, ship_named
 
 #: No network of ours has more layers, or wider ones.
 MOST_LAYERS, WIDEST = 64, 65_536
 
-Sizes = TypeVar("Sizes", ActorSizes, CriticSizes)
-Fields = TypeVar("Fields", ActorSizes, CriticSizes, RandomEncounters, EnvSettings)
+#: No critic simulates its own ship's way in more steps.
+MOST_STEPS = 10_000
+
+Sizes = TypeVar("Sizes", ActorSizes, CriticSizes, ManoeuvreCriticSizes)
+Fields = TypeVar(
+    "Fields", ActorSizes, CriticSizes, ManoeuvreCriticSizes, RandomEncounters, EnvSettings
+)
 
 
 class Networks(eqx.Module):
-    """What a weights file holds; the critic may be absent."""
+    """What a weights file holds: an actor with or without a critic, or a critic that steers."""
 
-    actor: Actor
-    critic: SubTaskCritic | None
+    actor: Actor | None
+    critic: SubTaskCritic | LearnedCritic | None
 
 
 def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
@@ -37,16 +43,16 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
     In place of arrays the networks have :class:`jax.ShapeDtypeStruct`: nothing is allocated.
 
     ``header["actor"]`` has ``kind`` and the fields of :class:`ActorSizes`,
-    ``header["critic"]`` those of :class:`CriticSizes` or is ``null``,
+    ``header["critic"]`` those of :class:`CriticSizes` or is ``null``. Where ``actor`` is ``null``
+    the critic steers, and has ``kind`` and the fields of :class:`ManoeuvreCriticSizes`.
     ``header["ship"]`` is a preset's name or the fields of :class:`ShipParams`.
     ``header["encounters"]`` has the fields of :class:`RandomEncounters` and ``header["env"]``
     those of :class:`EnvSettings`; without them, the envelope's defaults hold.
     InputError names the first thing that is missing or unknown.
     """
-    actor = dict(_part(header, "actor"))
-    kind = actor.pop("kind", None)
-    if not isinstance(kind, str):
-        raise _unfit("actor", f"kind {str(kind)[:100]!r}")
+    if header.get("actor", "") is None:
+        return _rebuild_steering(header)
+    kind, actor = _kind_and_sizes(header, "actor")
     actor_sizes = _sizes(ActorSizes, "actor", actor)
     critic_sizes = None
     if header.get("critic") is not None:
@@ -59,6 +65,23 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
 
     # Only the shapes are needed: nothing is drawn, nothing compiled.
     return eqx.filter_eval_shape(build), _trained(header)
+
+
+def _rebuild_steering(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
+    """The same of a critic that steers."""
+    kind, critic = _kind_and_sizes(header, "critic")
+    if kind != "manoeuvres":
+        raise _unfit("critic", f"kind {kind[:100]!r}")
+    sizes = _sizes(ManoeuvreCriticSizes, "critic", critic)
+    if not 1 <= sizes.table.size <= WIDEST:
+        raise _unfit("critic", f"{sizes.table.size} manoeuvres")
+    horizon_s, step_s = sizes.costs.horizon_s, sizes.costs.step_s
+    if not 0 < step_s <= horizon_s <= MOST_STEPS * step_s:
+        raise _unfit("critic", f"a horizon of {horizon_s:g} s in steps of {step_s:g} s")
+    networks = eqx.filter_eval_shape(
+        lambda: Networks(None, LearnedCritic(sizes, jax.random.key(0)))
+    )
+    return networks, _trained(header)
 
 
 def read_networks(path: Path) -> tuple[Networks, TrainingEnvelope]:
@@ -95,6 +118,15 @@ def _part(header: dict[str, Any], name: str) -> dict[str, Any]:
     if not isinstance(part, dict):
         raise InputError(f"the header has no {name!r}: save the weights with their configuration")
     return part
+
+
+def _kind_and_sizes(header: dict[str, Any], name: str) -> tuple[str, dict[str, Any]]:
+    """The kind of a network, and the fields of its sizes."""
+    part = dict(_part(header, name))
+    kind = part.pop("kind", None)
+    if not isinstance(kind, str):
+        raise _unfit(name, f"kind {str(kind)[:100]!r}")
+    return kind, part
 
 
 def _sizes(kind: type[Sizes], name: str, part: dict[str, Any]) -> Sizes:

@@ -1,8 +1,10 @@
 """Pilots by name: the bundled weights, weights files, and pilots that need none."""
 
+from functools import lru_cache
 from pathlib import Path
 
 from glasshelm.core.errors import InputError
+from glasshelm.networks.checkpoint import read_header
 from glasshelm.pilots.course_pilot import CourseMethod, CoursePilot
 from glasshelm.pilots.cpa_rule import CPA
 from glasshelm.pilots.function_pilot import function_pilot
@@ -53,13 +55,20 @@ def bundled_pilots() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
 
 
+@lru_cache
+def guardable_pilots() -> tuple[str, ...]:
+    """Those of them that an actor steers: a critic that steers looks ahead by itself."""
+    headers = {name: read_header(WEIGHTS / f"{name}{SUFFIX}") for name in bundled_pilots()}
+    return tuple(name for name, header in headers.items() if header.get("actor") is not None)
+
+
 def pilot_names() -> tuple[str, ...]:
     """The names of all pilots that need no file.
 
     Returns:
         Those bundled, the same guarded, and those without weights.
     """
-    return (*bundled_pilots(), *(name + GUARDED for name in bundled_pilots()), *WITHOUT_WEIGHTS)
+    return (*bundled_pilots(), *(name + GUARDED for name in guardable_pilots()), *WITHOUT_WEIGHTS)
 
 
 def pilot_named(name: str | Path) -> Pilot:
@@ -72,14 +81,17 @@ def pilot_named(name: str | Path) -> Pilot:
     if str(name) in WITHOUT_WEIGHTS:
         return WITHOUT_WEIGHTS[str(name)]
     if str(name).endswith(GUARDED):
-        return GuardedPilot(_learned(str(name).removesuffix(GUARDED), bundled_pilots()))
+        pilot = _with_weights(str(name).removesuffix(GUARDED), guardable_pilots())
+        if not isinstance(pilot, LearnedPilot):
+            raise InputError(f"pilot {pilot.name!r} cannot be guarded: it looks ahead by itself")
+        return GuardedPilot(pilot)
     if ":" in str(name) and not str(name).endswith(SUFFIX):
         return function_pilot(str(name))
-    return _learned(name, pilot_names())
+    return _with_weights(name, pilot_names())
 
 
-def load(name: str | Path) -> LearnedPilot:
-    """A learned pilot.
+def load(name: str | Path) -> LearnedPilot | GlassboxPilot:
+    """A learned pilot: of an actor, or of a critic that steers.
 
     Args:
         name: A bundled name, or the path of a ``.safetensors`` file.
@@ -91,10 +103,10 @@ def load(name: str | Path) -> LearnedPilot:
         InputError: There is no pilot of that name; the message lists those that there are.
         CheckpointError: The weights file cannot be used.
     """
-    return _learned(name, bundled_pilots())
+    return _with_weights(name, bundled_pilots())
 
 
-def _learned(name: str | Path, known: tuple[str, ...]) -> LearnedPilot:
+def _with_weights(name: str | Path, known: tuple[str, ...]) -> LearnedPilot | GlassboxPilot:
     text = str(name)
     if text.endswith(SUFFIX):
         return read_pilot(Path(text), Path(text).stem)

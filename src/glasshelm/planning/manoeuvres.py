@@ -38,6 +38,14 @@ class ManoeuvreTable:
     second_s: tuple[float, ...] = (150.0, 400.0, 1000.0)
     keep_s: tuple[float, ...] = (150.0, 400.0, 700.0, 1000.0, 1400.0, 1900.0)
 
+    @property
+    def size(self) -> int:
+        """How many manoeuvres there are."""
+        one = sum(a != 0 for a in self.offsets_deg) * len(self.durations_s)
+        changes = sum(a != b for a in self.first_deg for b in self.second_deg)
+        two = changes * len(self.first_s) * len(self.second_s)
+        return 1 + one + two + len(self.keep_s)
+
     def off_waypoint(self) -> Float[np.ndarray, "c 4"]:
         """Those off the waypoint: course [rad], duration [s], second course [rad], duration [s]."""
         one = [(a, s, 0, 0) for a in self.offsets_deg for s in self.durations_s if a]
@@ -121,16 +129,18 @@ def predict_manoeuvres(
     at: Situation,
     ship: ShipParams,
     tau_s: float,
+    autopilot: Autopilot | None = None,
 ) -> PredictedOwn:
     """Own ship one step of ``tau_s`` later on each manoeuvre, ``time_s`` after its beginning.
 
-    ``bearing_rad`` is that of the waypoint from where each is.
+    ``bearing_rad`` is that of the waypoint from where each is. The autopilot is the ship's own
+    unless another is given.
     """
     m = manoeuvres
     second = jnp.where(time_s < m.duration_s + m.then_duration_s, m.then_offset_rad, 0.0)
     altered = jnp.where(time_s < m.duration_s, m.offset_rad, second)
     course = jnp.where(altered == 0.0, bearing_rad, at.bearing_rad + altered)
-    return predict_step(ahead, course, autopilot_for(ship), ship, tau_s)
+    return predict_step(ahead, course, autopilot or autopilot_for(ship), ship, tau_s)
 
 
 def predict_step(

@@ -8,6 +8,7 @@ It needs no training and takes any ship.
 """
 
 import dataclasses
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -26,6 +27,7 @@ from glasshelm.planning.manoeuvres import (
     predict_manoeuvres,
 )
 from glasshelm.planning.situation import Situation, situation_of
+from glasshelm.ship.autopilot import Autopilot
 from glasshelm.ship.domain import danger_unclipped
 from glasshelm.ship.nomoto import ShipParams
 
@@ -121,28 +123,65 @@ class SimulatedCritic(eqx.Module):
             -self.costs.alter_cost * manoeuvres.altered_rad(at.bearing_rad),
         )
 
+    def along(
+        self, course_rad: Float[Array, ""], observation: Observation, ship: ShipParams
+    ) -> tuple[Manoeuvres, QValues]:
+        """One course, relative to own heading, held for each of the table's durations."""
+        bearing = situation_of(observation, ship).bearing_rad
+        manoeuvres = self.table.along(course_rad, bearing)
+        return manoeuvres, self.value(manoeuvres, observation, ship)
+
+
+#: The waypoint and the other ships at a time [s] from now, in the frame of a situation [m].
+Surroundings = Callable[[Float[Array, ""]], tuple[Vector, Vector]]
+
+
+def straight_on(at: Situation) -> Surroundings:
+    """Every ship keeps course and speed."""
+
+    def surroundings(time: Float[Array, ""]) -> tuple[Vector, Vector]:
+        x, y = (p + v * time for p, v in zip(at.position, at.velocity, strict=True))
+        return at.waypoint, Vector(x, y)
+
+    return surroundings
+
 
 def simulate_manoeuvres(
-    manoeuvres: Manoeuvres, at: Situation, ship: ShipParams, costs: ManoeuvreCosts
+    manoeuvres: Manoeuvres,
+    at: Situation,
+    ship: ShipParams,
+    costs: ManoeuvreCosts,
+    surroundings: Surroundings | None = None,
+    autopilot: Autopilot | None = None,
 ) -> tuple[Float[Array, " c"], tuple[Encountered, ...]]:
     """Simulate every manoeuvre: Q_wp (Eq. 17), and what is met of each ship.
 
     Targets are taken one by one, not as an axis: a step is then one loop over the manoeuvres
     for the compiler, several times as fast.
+
+    Args:
+        manoeuvres: What is sailed.
+        at: Where own ship is, and from where courses are counted.
+        ship: Own ship as it moves.
+        costs: How far ahead, in which steps, and what counts.
+        surroundings: Where waypoint and ships will be; by default every ship keeps straight on.
+        autopilot: What steers the courses; by default the ship's own.
     """
     tau, zero = costs.step_s, jnp.zeros_like(manoeuvres.offset_rad)
     ships = range(at.position.x.shape[0])
+    surroundings = surroundings or straight_on(at)
 
     def step(carry, time: Float[Array, ""]):
-        ahead, bearing, waypoint, met = carry
-        ahead = predict_manoeuvres(ahead, bearing, manoeuvres, time, at, ship, tau)
-        bearing = ahead.bearing_of(at.waypoint)
-        waypoint = waypoint + course_reward(wrap_angle(bearing - ahead.heading))
-        x, y = (p + v * (time + tau) for p, v in zip(at.position, at.velocity, strict=True))
+        ahead, bearing, total, met = carry
+        ahead = predict_manoeuvres(ahead, bearing, manoeuvres, time, at, ship, tau, autopilot)
+        waypoint, place = surroundings(time + tau)
+        bearing = ahead.bearing_of(waypoint)
+        total = total + course_reward(wrap_angle(bearing - ahead.heading))
         met = tuple(
-            met[i].and_then(ahead.body(Vector(x[i], y[i])), ship.loa_m, costs) for i in ships
+            met[i].and_then(ahead.body(Vector(place.x[i], place.y[i])), ship.loa_m, costs)
+            for i in ships
         )
-        return (ahead, bearing, waypoint, met), None
+        return (ahead, bearing, total, met), None
 
     start = (
         PredictedOwn.here(at.rate_of_turn_rad_s, zero.size),

@@ -55,7 +55,8 @@ def with_random_disturbances(cases: Case, share: float, rng: np.random.Generator
         rng: Draws which cases, and how.
     """
     count = np.shape(cases.steps)[0]
-    cases = with_instruments(cases, rng.integers(2**31, size=count, dtype=np.int32))
+    seeds = rng.integers(2**31, size=count, dtype=np.int32)
+    cases = jax.tree.map(jnp.asarray, with_instruments(cases, seeds))
     shape = np.shape(cases.encounter.present)
     cases = _turned(cases, np.full(shape, _NEVER_S), np.zeros(shape))
     disturbed = rng.random(count) < share
@@ -66,8 +67,8 @@ def with_random_disturbances(cases: Case, share: float, rng: np.random.Generator
     return cases
 
 
-def _where(mask: np.ndarray, yes: Array | np.ndarray, no: Array | np.ndarray) -> np.ndarray:
-    return np.where(mask.reshape(-1, *[1] * (np.ndim(yes) - 1)), yes, no)
+def _where(mask: np.ndarray, yes: Array | np.ndarray, no: Array | np.ndarray) -> Array:
+    return jnp.asarray(np.where(mask.reshape(-1, *[1] * (np.ndim(yes) - 1)), yes, no))
 
 
 def with_instruments(cases: Case, seeds: np.ndarray) -> Case:

@@ -30,7 +30,7 @@ from glasshelm.frames.schema import (
     Waypoint,
 )
 from glasshelm.networks.critics import QValues
-from glasshelm.pilots.protocols import Pilot, TrainedPilot
+from glasshelm.pilots.protocols import Pilot
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.explained_step import ExplainedStep
 
@@ -166,14 +166,13 @@ class FrameBuilder:
         return [self._scenario.targets[i].id if present else "" for i, present in shown]
 
     def _outside(self, moment: ExplainedStep) -> list[str] | None:
-        if not isinstance(self._pilot, TrainedPilot):
+        trained = getattr(self._pilot, "trained", None)
+        if trained is None:
             return None
         selected = np.zeros(len(moment.traffic.lost), bool)
         selected[moment.slots[moment.observation.present]] = True
         motion, ship = moment.traffic.motion, self._scenario.ship
-        said = outside_training(
-            moment.own, ship, moment.waypoint, motion, selected, self._pilot.trained
-        )
+        said = outside_training(moment.own, ship, moment.waypoint, motion, selected, trained)
         return said or None
 
     def _targets(self, moment: ExplainedStep) -> list[Target]:

@@ -11,6 +11,7 @@ from glasshelm.encounters.random_encounters import RandomEncounters
 from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
+from glasshelm.planning.learned_critic import ManoeuvreCriticSizes
 from glasshelm.planning.manoeuvres import ManoeuvreTable
 from glasshelm.planning.simulated_critic import ManoeuvreCosts
 from glasshelm.training.dagger import DaggerSettings
@@ -18,19 +19,21 @@ from glasshelm.training.ddpg import DdpgSettings
 from glasshelm.training.encounter_mix import EncounterMix
 from glasshelm.training.exploration import NoiseSettings
 from glasshelm.training.losses import ActorLossSettings, TdError
+from glasshelm.training.manoeuvre_regression import RegressionSettings
 
 
 @dataclasses.dataclass(frozen=True)
 class TrainConfig:
     """One training, resolved; saved in every weights file that it writes.
 
-    ``algorithm`` is ``ddpg`` (actor and critics by DDPG, as in the paper) or
+    ``algorithm`` is ``ddpg`` (actor and critics by DDPG, as in the paper),
     ``dagger`` (the actor by DAgger, then critics evaluated on it with DDPG's
-    program in which ``ddpg.actor_update`` is false).
+    program in which ``ddpg.actor_update`` is false) or ``regression`` (a critic of
+    manoeuvres, which steers by its argmax: no actor).
     """
 
     preset: str
-    algorithm: Literal["ddpg", "dagger"]
+    algorithm: Literal["ddpg", "dagger", "regression"]
     actor: Literal["sum", "attention"] = "sum"
     critic: TdError = "sum"
     ship: str = "paper"
@@ -42,9 +45,11 @@ class TrainConfig:
     critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)
     ddpg: DdpgSettings = dataclasses.field(default_factory=DdpgSettings)
     dagger: DaggerSettings = dataclasses.field(default_factory=DaggerSettings)
+    regression: RegressionSettings = dataclasses.field(default_factory=RegressionSettings)
+    manoeuvre_critic: ManoeuvreCriticSizes = dataclasses.field(default_factory=ManoeuvreCriticSizes)
     #: Share of a time budget after which DAgger ends.
     dagger_time_share: float = 0.45
-    #: Iterations of DAgger and cycles of DDPG between two validations.
+    #: Iterations of DAgger or regression and cycles of DDPG between two validations.
     iterations_between: int = 10
     cycles_between: int = 1000
     #: Episodes of the fixed validation set; steps in which critics are compared, and of all.
@@ -56,8 +61,16 @@ class TrainConfig:
         """The distribution of encounters that the actor is trained on."""
         if self.algorithm == "ddpg":
             return self.ddpg.encounters
-        mix = self.dagger.mix
+        mix = self.regression.mix if self.algorithm == "regression" else self.dagger.mix
         return mix.with_targets(mix.distributions[0])
+
+    @property
+    def env(self) -> EnvSettings:
+        """The decision process that it is trained in."""
+        if self.algorithm == "regression":
+            steps = self.regression.decisions * self.regression.hold_steps
+            return dataclasses.replace(self.ddpg.env, episode_steps=steps)
+        return self.ddpg.env
 
 
 _FINE_ACTOR = ActorSizes((128, 128, 64), (128, 128, 64), (64, 64), "fine")
@@ -135,8 +148,31 @@ PRESETS: dict[str, TrainConfig] = {
             actor_loss=ActorLossSettings(noise_shared=True),
         ),
     ),
+    # Sub-task critics of manoeuvres, whose argmax steers (docs/explanation/glassbox.md).
+    "glassbox": TrainConfig("glassbox", "regression", iterations_between=20),
     # Seconds: for tests of the machinery, not for pilots.
     "tiny": _TINY,
+    "tiny-glassbox": dataclasses.replace(
+        _TINY,
+        preset="tiny-glassbox",
+        algorithm="regression",
+        manoeuvre_critic=ManoeuvreCriticSizes(
+            (8,),
+            table=ManoeuvreTable((-60.0, 60.0), (300.0,), (), (), keep_s=(300.0,)),
+            costs=ManoeuvreCosts(horizon_s=600.0),
+        ),
+        regression=RegressionSettings(
+            EncounterMix((1, 1, 1)),
+            decisions=4,
+            explore_decisions=2,
+            stride=2,
+            dataset_iterations=2,
+            iterations=3,
+            updates=4,
+            batch_rows=16,
+        ),
+        iterations_between=1,
+    ),
     "tiny-fast": dataclasses.replace(
         _TINY,
         preset="tiny-fast",

@@ -40,6 +40,8 @@ def init_files(init_from: str) -> list[Path]:
 
 def _read_actor(path: Path, config: TrainConfig, key: jax.Array) -> Actor:
     actor = read_networks(path)[0].actor
+    if actor is None:
+        raise InputError(f"{path}: holds no actor to start from, but a critic that steers")
     wanted = jax.eval_shape(lambda: make_actor(config.actor, config.actor_sizes, key))
     if jax.tree.structure(actor) != jax.tree.structure(wanted):
         raise InputError(f"{path}: its actor is not the one to be trained: another kind")

@@ -1,8 +1,9 @@
 """The stages of a training: each starts, advances by one unit, and shows its policy and critic.
 
 ``dagger`` makes an actor that steers like an expert, ``critic`` evaluates critics
-on it, ``ddpg`` learns both at once. The trainer (:mod:`glasshelm.training.trainer`)
-treats them alike. A unit is an iteration (dagger) or a cycle (ddpg, critic);
+on it, ``ddpg`` learns both at once, ``regression`` learns a critic of manoeuvres that steers.
+The trainer (:mod:`glasshelm.training.trainer`) treats them alike. A unit is an iteration
+(dagger, regression) or a cycle (ddpg, critic);
 ``time_share`` is the share of a time budget after which the stage ends; ``advance``
 uses the old state up and returns the next with the unit's metrics.
 """
@@ -12,17 +13,27 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import PRNGKeyArray
 
-from glasshelm.networks.actors import Policy
 from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.planning.learned_critic import LearnedCritic
 from glasshelm.ship.nomoto import ship_named
+from glasshelm.simulation.rollout import Case
 from glasshelm.training.config import TrainConfig
 from glasshelm.training.dagger import DaggerState, dagger_iteration, init_dagger
 from glasshelm.training.ddpg import DdpgState, encounter_pool, init_ddpg, run_cycle
 from glasshelm.training.init_actor import init_actor
+from glasshelm.training.manoeuvre_regression import (
+    HeldCourses,
+    RegressionState,
+    draw_cases,
+    init_regression,
+    regression_iteration,
+)
+from glasshelm.training.validation import AnyPolicy
 from glasshelm.training.vector_env import EncounterPool
 
-#: The state of a stage: DaggerState or DdpgState.
+#: The state of a stage: DaggerState, DdpgState or RegressionState.
 State = Any
 
 
@@ -48,7 +59,7 @@ class DaggerStage:
         state, loss = _iterate_dagger(state, self._config)
         return state, {"rudder_error": loss}
 
-    def policy(self, state: DaggerState) -> Policy:
+    def policy(self, state: DaggerState) -> AnyPolicy:
         return state.average
 
     def critic(self, state: DaggerState) -> SubTaskCritic | None:
@@ -89,7 +100,7 @@ class DdpgStage:
         actor = critic and settings.actor_update and steps >= settings.actor_starts
         return _run_cycle(state, self._pool_at(number), critic, actor, self._config)
 
-    def policy(self, state: DdpgState) -> Policy:
+    def policy(self, state: DdpgState) -> AnyPolicy:
         return state.actor
 
     def critic(self, state: DdpgState) -> SubTaskCritic | None:
@@ -104,17 +115,58 @@ class DdpgStage:
         return self._pool[1]
 
 
-Stage = DaggerStage | DdpgStage
+class RegressionStage:
+    """A critic of manoeuvres that steers (:mod:`glasshelm.training.manoeuvre_regression`)."""
+
+    name, unit = "regression", "iterations"
+    time_share = 1.0
+
+    def __init__(self, config: TrainConfig):
+        settings = config.regression
+        self.units = settings.iterations
+        self.updates_per_unit = settings.updates
+        self.env_steps_per_unit = settings.iteration_env_steps
+        self.evaluate_every = config.iterations_between
+        self._config = config
+
+    def start(self, policy: Any) -> RegressionState:
+        """The first state, from the initial critic."""
+        return init_regression(policy.critic, self._config.regression)
+
+    def advance(
+        self, state: RegressionState, number: int
+    ) -> tuple[RegressionState, dict[str, jax.Array]]:
+        config = self._config
+        key = jax.random.fold_in(jax.random.key(config.seed), 8)
+        case_key, key = jax.random.split(jax.random.fold_in(key, number))
+        cases = draw_cases(case_key, ship_named(config.ship), config.regression)
+        return _iterate_regression(state, cases, key, config)
+
+    def policy(self, state: RegressionState) -> AnyPolicy:
+        config = self._config
+        return HeldCourses(state.average, ship_named(config.ship), config.regression.hold_steps)
+
+    def critic(self, state: RegressionState) -> SubTaskCritic | None:
+        return None
 
 
-def initial_policy(config: TrainConfig) -> Policy:
+Stage = DaggerStage | DdpgStage | RegressionStage
+
+
+def initial_policy(config: TrainConfig) -> AnyPolicy:
     """What a training starts from: an actor, or whatever else steers as one does."""
-    return init_actor(config)
+    if config.algorithm != "regression":
+        return init_actor(config)
+    key = jax.random.fold_in(jax.random.key(config.seed), 9)
+    critic = jax.jit(LearnedCritic, static_argnums=0)(config.manoeuvre_critic, key)
+    return HeldCourses(critic, ship_named(config.ship), config.regression.hold_steps)
 
 
 def stages_of(config: TrainConfig) -> list[Stage]:
     """The stages of a training, in order; those that have nothing to do are left out."""
     stages: list[Stage] = [DdpgStage(config)]
+    if config.algorithm == "regression":
+        stages = [RegressionStage(config)]
     if config.algorithm == "dagger":
         stages.insert(0, DaggerStage(config))
     return [stage for stage in stages if stage.units > 0]
@@ -133,6 +185,13 @@ def _iterate_dagger(state: DaggerState, config: TrainConfig) -> tuple[DaggerStat
     key = jax.random.fold_in(jax.random.key(config.seed), 5)
     key = jax.random.fold_in(key, state.iteration)
     return dagger_iteration(state, key, ship_named(config.ship), config.dagger)
+
+
+@partial(jax.jit, static_argnums=3, donate_argnums=0)
+def _iterate_regression(
+    state: RegressionState, cases: Case, key: PRNGKeyArray, config: TrainConfig
+) -> tuple[RegressionState, dict[str, jax.Array]]:
+    return regression_iteration(state, cases, key, ship_named(config.ship), config.regression)
 
 
 @partial(jax.jit, static_argnums=(2, 3, 4), donate_argnums=0)

@@ -15,8 +15,8 @@ import jax
 from glasshelm.core.errors import InputError
 from glasshelm.core.output_dir import locked_folder
 from glasshelm.encounters.random_encounters import validation_encounters
-from glasshelm.networks.actors import Policy
 from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.pilots.protocols import BatchPolicy
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.training.config import TrainConfig
 from glasshelm.training.critic_accuracy import critic_accuracy
@@ -31,7 +31,7 @@ from glasshelm.training.training_state import (
     save_pilot,
     save_snapshot,
 )
-from glasshelm.training.validation import ValidationScore, validate
+from glasshelm.training.validation import AnyPolicy, ValidationScore, validate
 
 BEST_FILE, FINAL_FILE = "best.safetensors", "final.safetensors"
 
@@ -66,7 +66,7 @@ class Trainer:
         self.stages = stages_of(config)
         self.position = StagePosition()
         self.state: State = None
-        self.best_policy: Policy = initial_policy(config)
+        self.best_policy: AnyPolicy | BatchPolicy = initial_policy(config)
         self.score: ValidationScore | None = None
         self._started = time.monotonic()
         self._encounters = validation_encounters(self.ship, config.validation_episodes)
@@ -166,11 +166,11 @@ class Trainer:
         result = self._results(self.score or self._score(policy), policy, critic)
         self._save(FINAL_FILE, policy, critic, result | {"stopped_early": not complete})
 
-    def _score(self, policy: Policy) -> ValidationScore:
+    def _score(self, policy: AnyPolicy) -> ValidationScore:
         return validate(policy, self._encounters, self.ship, self.config.validation_steps[1])
 
     def _results(
-        self, score: ValidationScore, policy: Policy, critic: SubTaskCritic | None
+        self, score: ValidationScore, policy: AnyPolicy, critic: SubTaskCritic | None
     ) -> dict[str, Any]:
         if critic is None:
             return dataclasses.asdict(score)
@@ -178,13 +178,18 @@ class Trainer:
         discount = settings.discount
         long = short + round(5.0 / (1.0 - discount))  # what follows later counts less than 1 %
         noise = settings.noise if settings.target == "sarsa" else None
+        assert not isinstance(policy, BatchPolicy)  # which has no critic beside it
         accuracy = critic_accuracy(
             policy, critic, self._encounters, self.ship, discount, short, long, noise
         )
         return dataclasses.asdict(score) | accuracy.as_dict()
 
     def _save(
-        self, name: str, policy: Policy, critic: SubTaskCritic | None, result: dict[str, Any]
+        self,
+        name: str,
+        policy: AnyPolicy,
+        critic: SubTaskCritic | None,
+        result: dict[str, Any],
     ) -> None:
         summary = {
             "validation": result,

@@ -17,12 +17,13 @@ import msgspec
 
 from glasshelm import __version__
 from glasshelm.core.errors import InputError
-from glasshelm.networks.actors import Policy
 from glasshelm.networks.checkpoint import load_tree, read_header, save_tree
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.training.config import TrainConfig, config_from_dict, config_to_dict
 from glasshelm.training.ddpg import DdpgState
 from glasshelm.training.init_actor import init_files
+from glasshelm.training.manoeuvre_regression import HeldCourses
+from glasshelm.training.validation import AnyPolicy
 
 STATE_FILE = "state.safetensors"
 
@@ -45,7 +46,11 @@ class _Header(msgspec.Struct):
 
 
 def save_snapshot(
-    folder: Path, state: Any, best_policy: Policy, position: StagePosition, config: TrainConfig
+    folder: Path,
+    state: Any,
+    best_policy: AnyPolicy,
+    position: StagePosition,
+    config: TrainConfig,
 ) -> None:
     """Write the pair of files."""
     replay_file = None
@@ -77,7 +82,7 @@ def _read_header(folder: Path) -> _Header:
         raise InputError(f"{folder / STATE_FILE}: not the state of a training ({error})") from None
 
 
-def load_snapshot(folder: Path, state: Any, best_policy: Policy) -> tuple[Any, Policy]:
+def load_snapshot(folder: Path, state: Any, best_policy: AnyPolicy) -> tuple[Any, AnyPolicy]:
     """The saved state and best policy; the arguments give their structure."""
     header = _read_header(folder)
     replay = None
@@ -94,7 +99,7 @@ def load_snapshot(folder: Path, state: Any, best_policy: Policy) -> tuple[Any, P
 
 def save_pilot(
     path: Path,
-    policy: Policy,
+    policy: AnyPolicy,
     critic: SubTaskCritic | None,
     config: TrainConfig,
     summary: dict[str, Any],
@@ -110,7 +115,7 @@ def save_pilot(
         **networks,
         "ship": config.ship,
         "encounters": dataclasses.asdict(config.encounters),
-        "env": dataclasses.asdict(config.ddpg.env),
+        "env": dataclasses.asdict(config.env),
         "config": described,
         "summary": summary,
     }
@@ -118,9 +123,12 @@ def save_pilot(
 
 
 def _described(
-    policy: Policy, critic: SubTaskCritic | None, config: TrainConfig
+    policy: AnyPolicy, critic: SubTaskCritic | None, config: TrainConfig
 ) -> tuple[Any, dict[str, Any]]:
     """The networks of a pilot as a pytree, and what the header says of them."""
+    if isinstance(policy, HeldCourses):
+        sizes = {"kind": "manoeuvres", **dataclasses.asdict(config.manoeuvre_critic)}
+        return {"critic": policy.critic}, {"actor": None, "critic": sizes}
     return {"actor": policy, "critic": critic}, {
         "actor": {"kind": config.actor, **dataclasses.asdict(config.actor_sizes)},
         "critic": None if critic is None else dataclasses.asdict(config.critic_sizes),

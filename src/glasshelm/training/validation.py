@@ -1,4 +1,4 @@
-"""How good is an actor: rollouts of the fixed set of random encounters, without exploration."""
+"""How good is a policy: rollouts of the fixed set of random encounters, without exploration."""
 
 import dataclasses
 
@@ -10,13 +10,16 @@ from jaxtyping import Array, Float, Int
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.networks.actors import Policy
-from glasshelm.pilots.protocols import Memory
+from glasshelm.pilots.protocols import BatchPolicy, Memory
 from glasshelm.ship.course_reversals import WEAVING
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.simulation.rollout import Measures, plain_cases, rollout
 
 #: What a voyage must earn in its first 1200 s, ships met or not; in open water it earns 48.
 LEAST_RETURN = 36.0
+
+#: What can be measured: with a memory or without.
+AnyPolicy = Policy | BatchPolicy
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,10 +78,11 @@ class Memoryless(eqx.Module):
 
 
 def validate(
-    actor: Policy, encounters: Encounter, ship: ShipParams, steps: int = 480
+    policy: AnyPolicy, encounters: Encounter, ship: ShipParams, steps: int = 480
 ) -> ValidationScore:
-    """Simulate a batch of encounters for so many steps under an actor, and score it."""
-    measures = rollout(Memoryless(actor), plain_cases(encounters, ship, steps), steps)
+    """Simulate a batch of encounters for so many steps under a policy, and score it."""
+    batch_policy = policy if isinstance(policy, BatchPolicy) else Memoryless(policy)
+    measures = rollout(batch_policy, plain_cases(encounters, ship, steps), steps)
     targets = np.asarray(encounters.present).sum(-1)
     return score(jax.device_get(measures), targets, steps, float(ship.loa_m))
 

@@ -40,7 +40,7 @@ class Contrast:
         time_s: When, in the log.
         chosen_rad: The true course that the pilot chooses.
         chosen_s: How long it is to be held; 0: on to the waypoint at once.
-        other_rad: The true course asked about.
+        other_rad: The true course asked about, or the nearest that the pilot knows.
         other_s: The duration at which that is worth most.
         waypoint: For the way to the waypoint.
         helm: For altering course less.
@@ -112,7 +112,7 @@ def why_not(frames: Sequence[Frame], number: int, pilot: Pilot, course_rad: floa
         branch.start.time_s,
         float(heading + bearing + m.offset_rad) % (2 * np.pi),
         float(m.duration_s),
-        course_rad % (2 * np.pi),
+        float(heading + bearing + other.offset_rad) % (2 * np.pi),
         float(other.duration_s),
         float(q.waypoint - q_other.waypoint),
         float(q.helm - q_other.helm),
@@ -155,8 +155,7 @@ def _compare(
     seen, own_ship = selection.observation, pilot.ship or ship
     bearing = situation_of(seen, own_ship).bearing_rad
     manoeuvres, values = pilot.critic(seen, own_ship)
-    others = pilot.critic.table.along(course_rad, bearing)
-    other_values = pilot.critic.value(others, seen, own_ship)
+    others, other_values = pilot.critic.along(course_rad, seen, own_ship)
     row, other = choose(values), choose(other_values)
 
     def at(part: Tree, row: Int[Array, ""]) -> Tree:
