@@ -168,6 +168,10 @@ def test_a_critic_that_steers_comes_back_as_it_went(tmp_path):
         registry.pilot_named(f"{path}-guarded")
     with pytest.raises(InputError, match="no actor to start from"):
         init_actor(dataclasses.replace(preset_named("tiny"), init_from=str(path)))
+    again = initial_policy(dataclasses.replace(TINY, seed=1, init_from=str(path)))
+    assert eqx.tree_equal(again.critic, policy.critic)
+    with pytest.raises(InputError, match="critic is not the one to be trained"):
+        initial_policy(dataclasses.replace(preset_named("glassbox"), init_from=str(path)))
 
 
 @pytest.mark.parametrize(

@@ -119,20 +119,21 @@ def certified_choice(pilot: GlassboxPilot, scene: RawPlots, errors: SensorErrors
     Raises:
         InputError: The pilot has been given no ship, or its critic does not simulate.
     """
-    require_simulated_critic(pilot)
+    critic = require_simulated_critic(pilot)
     if pilot.ship is None:
         raise InputError(f"pilot {pilot.name!r} is for any ship: for_ship(ship) gives it one")
     # Own ship's numbers are constants of the program: the closed loop is analysed before it runs.
     ship = jax.tree.map(float, pilot.ship)
-    return _certified(pilot.critic, ship, scene, errors)
+    return _certified(critic, ship, scene, errors)
 
 
-def require_simulated_critic(pilot: GlassboxPilot) -> None:
-    """InputError if the pilot's critic does not simulate: there are no bounds for others."""
+def require_simulated_critic(pilot: GlassboxPilot) -> SimulatedCritic:
+    """The pilot's critic. InputError if it does not simulate: there are no bounds for others."""
     if not isinstance(pilot.critic, SimulatedCritic):
         raise InputError(
             f"{pilot.name} has a learned critic; only a simulated one can be certified"
         )
+    return pilot.critic
 
 
 @eqx.filter_jit

@@ -1,1 +1,1 @@
-"""Choosing a manoeuvre by simulating many: no learning, a known model."""
+"""Manoeuvres, and critics that value them: by simulation with a known model, or learned."""

@@ -38,8 +38,9 @@ class TrainConfig:
     critic: TdError = "sum"
     ship: str = "paper"
     seed: int = 0
-    #: Path of a weights file whose actor the training starts from; of several, separated by
-    #: commas, the mean of their actors (:mod:`glasshelm.training.init_actor`); none: a new actor.
+    #: Path of a weights file whose actor, or critic that steers, the training starts from; of
+    #: several actors, separated by commas, their mean (:mod:`glasshelm.training.init_actor`);
+    #: none: a new one.
     init_from: str | None = None
     actor_sizes: ActorSizes = dataclasses.field(default_factory=ActorSizes)
     critic_sizes: CriticSizes = dataclasses.field(default_factory=CriticSizes)

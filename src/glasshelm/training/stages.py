@@ -9,13 +9,16 @@ uses the old state up and returns the next with the unit's metrics.
 """
 
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import PRNGKeyArray
 
+from glasshelm.core.errors import InputError
 from glasshelm.networks.critics import SubTaskCritic
+from glasshelm.pilots.load_networks import read_networks
 from glasshelm.planning.learned_critic import LearnedCritic
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.simulation.rollout import Case
@@ -159,7 +162,19 @@ def initial_policy(config: TrainConfig) -> AnyPolicy:
         return init_actor(config)
     key = jax.random.fold_in(jax.random.key(config.seed), 9)
     critic = jax.jit(LearnedCritic, static_argnums=0)(config.manoeuvre_critic, key)
+    if config.init_from is not None:
+        critic = _read_critic(Path(config.init_from), critic)
     return HeldCourses(critic, ship_named(config.ship), config.regression.hold_steps)
+
+
+def _read_critic(path: Path, like: LearnedCritic) -> LearnedCritic:
+    """The critic of a weights file. InputError if it is not one to be trained so."""
+    critic = read_networks(path)[0].critic
+    shapes = [[leaf.shape for leaf in jax.tree.leaves(one)] for one in (critic, like)]
+    alike = jax.tree.structure(critic) == jax.tree.structure(like) and shapes[0] == shapes[1]
+    if not (alike and isinstance(critic, LearnedCritic)):
+        raise InputError(f"{path}: its critic is not the one to be trained")
+    return critic
 
 
 def stages_of(config: TrainConfig) -> list[Stage]:
