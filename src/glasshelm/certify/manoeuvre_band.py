@@ -2,9 +2,10 @@
 
 For every manoeuvre each part of its value lies between two bounds that are linear in the errors
 (:mod:`glasshelm.certify.manoeuvre_costs`). They say what the chosen manoeuvre is worth at least and
-at most, and how near each ship can come. Another manoeuvre can be chosen only if the upper bound
-of the *difference* of both values is not below 0; in the difference, errors that touch both
-manoeuvres alike cancel.
+at most, and how near each ship can come. Another manoeuvre can be chosen only if it is not surely
+surpassed, by the chosen one or by one of those that are worth most at least: if no lower bound of
+a *difference* of two values is above 0. In the difference, errors that touch both manoeuvres
+alike cancel.
 """
 
 import equinox as eqx
@@ -43,6 +44,8 @@ from glasshelm.ship.nomoto import ShipParams
 
 #: Between frames that are nearer than this [m, rad], own ship may count as at rest or not.
 _AT_REST_M, _AT_REST_RAD = 1.0, 1e-4
+#: So many manoeuvres, those worth most at least, are tried as surpassing others.
+_RIVALS = 16
 
 
 class ValueBounds(eqx.Module):
@@ -161,16 +164,20 @@ def _certified(
     ships = jax.lax.map(lambda x: one(*x), (scene.targets[:, 0], *where))
     ships = _without_absent(ships, scene.present)
     chosen = choose(values)
-    gain_low, gain_high = _gains(waypoint, helm, ships, chosen)
+    gains, low = _Gains(waypoint, helm, ships), _values(waypoint, helm, ships, low=True)
+    gain_low, gain_high = gains.at_least(chosen), gains.at_most(chosen)
+    # What any other surely surpasses is never the best.
+    surest = jax.lax.top_k(low.total, _RIVALS)[1]
+    surpassed = (jax.lax.map(gains.at_least, surest) > 0.0).any(0)
     course = wrap_angle(at.bearing_rad + manoeuvres.offset_rad)
     swing = jnp.where(keep, 0.0, jnp.abs(off_bow[1]).sum() + off_bow[2]) + HEADING_ROUNDING
-    possible = gain_low <= 0.0
+    possible = (gain_low <= 0.0) & ~surpassed | (jnp.arange(course.size) == chosen)
     rudder_low, rudder_high = _rudders(course, swing, at, path_errors, ship)
     rows, compared = alternatives(values, course, jnp.array(course.size - 1))
     return ManoeuvreBand(
         chosen,
         course,
-        _values(waypoint, helm, ships, low=True),
+        low,
         _values(waypoint, helm, ships, low=False),
         ships.margin.T,
         ships.range_m.T,
@@ -259,32 +266,31 @@ def _values(waypoint: Bounds, helm: Bounds, ships: ShipBounds, low: bool) -> Val
     return ValueBounds(way, -cost.T, jnp.minimum(altering, 0.0), way + altering - cost.sum(0))
 
 
-def _gains(
-    waypoint: Bounds, helm: Bounds, ships: ShipBounds, chosen: Int[Array, ""]
-) -> tuple[Float[Array, " c"], Float[Array, " c"]]:
-    """What the chosen manoeuvre is worth more than each, at least and at most."""
+class _Gains:
+    """Bounds of the differences of two manoeuvres, of which one is given and the other is each."""
 
-    def part(of: tuple, row: Int[Array, ""] | None) -> Linear:
-        """The ways and helms, of one manoeuvre or of all."""
-        both = of[0] + of[1]
-        return both if row is None else _row(both, row)
+    def __init__(self, waypoint: Bounds, helm: Bounds, ships: ShipBounds):
+        self._low, self._high = waypoint.low + helm.low, waypoint.high + helm.high
+        self._dear, self._cheap = ships.cost.high, _best_of(ships.cost.low, ships.low_cost)
 
-    lows, highs = (waypoint.low, helm.low), (waypoint.high, helm.high)
-    costs, cheap = ships.cost, _best_of(ships.cost.low, ships.low_cost)
+    def at_least(self, row: Int[Array, ""]) -> Float[Array, " c"]:
+        """What one manoeuvre is worth more than each, at least; nothing more than itself."""
+        low = _least(_row(self._low, row), _row(self._dear, row), self._high, self._cheap)
+        return jnp.where(jnp.arange(low.size) == row, 0.0, low)
 
-    def at_least(a: Linear, cost_a: Linear, b: Linear, cost_b: Linear) -> Array:
-        """The least of (a − cost_a) − (b − cost_b): own ship's errors are shared by all."""
-        own = a + -b
-        each = cost_b + -cost_a
-        shift = own.shift + each.shift.sum(0)
-        slopes = own.slopes + each.slopes[:N_OWN_ERRORS].sum(1)
-        swing = jnp.abs(slopes).sum(0) + jnp.abs(each.slopes[N_OWN_ERRORS:]).sum((0, 1))
-        return shift - swing - 1e-6 * (jnp.abs(own.shift) + jnp.abs(each.shift).sum(0) + swing)
+    def at_most(self, row: Int[Array, ""]) -> Float[Array, " c"]:
+        """The same at most."""
+        high = -_least(self._low, self._dear, _row(self._high, row), _row(self._cheap, row))
+        return jnp.where(jnp.arange(high.size) == row, 0.0, high)
 
-    low = at_least(part(lows, chosen), _row(costs.high, chosen), part(highs, None), cheap)
-    high = -at_least(part(lows, None), costs.high, part(highs, chosen), _row(cheap, chosen))
-    itself = jnp.arange(low.size) == chosen
-    return jnp.where(itself, 0.0, low), jnp.where(itself, 0.0, high)
+
+def _least(a: Linear, cost_a: Linear, b: Linear, cost_b: Linear) -> Float[Array, " c"]:
+    """The least of (a − cost_a) − (b − cost_b): own ship's errors are shared by all."""
+    own, each = a + -b, cost_b + -cost_a
+    shift = own.shift + each.shift.sum(0)
+    slopes = own.slopes + each.slopes[:N_OWN_ERRORS].sum(1)
+    swing = jnp.abs(slopes).sum(0) + jnp.abs(each.slopes[N_OWN_ERRORS:]).sum((0, 1))
+    return shift - swing - 1e-6 * (jnp.abs(own.shift) + jnp.abs(each.shift).sum(0) + swing)
 
 
 def _row(part: Linear, row: Int[Array, ""]) -> Linear:
