@@ -8,17 +8,24 @@ from glasshelm.cli import main
 from glasshelm.faithfulness import scoring_session
 from glasshelm.faithfulness.explainers import explainers_for
 from glasshelm.faithfulness.faithfulness_scores import MEASURES, ExplanationScores, randomised_top
+from glasshelm.faithfulness.manoeuvre_checks import CHECKS, SURPRISES
+from glasshelm.faithfulness.subjects import subject_of
 
 
 def made_up(pilot, *_):
     """Scores of 40 scenes that nobody computed."""
     rng = np.random.default_rng(0)
-    explainers = explainers_for(pilot.actor, pilot.critic)
-    measures = [*MEASURES, *(randomised_top(top) for top in range(1, 7))]
+    subject = subject_of(pilot)
+    explainers = explainers_for(subject)
+    measures = [*MEASURES, *(randomised_top(top) for top in range(1, subject.layers))]
     scores = {e.name: {m: rng.uniform(size=40) for m in measures} for e in explainers}
+    checks = {}
+    if subject.quantity == "course":
+        checks = {name: np.ones(40) for name in (*CHECKS, *SURPRISES)}
     return ExplanationScores(
-        pilot, explainers, scores, np.arange(40), np.full(40, 3), rng.uniform(size=40)
-    )
+        pilot, subject, explainers, scores, checks, np.arange(40), np.full(40, 3),
+        rng.uniform(size=40),
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -68,9 +75,19 @@ def test_the_command_writes_its_table_and_figure(tmp_path, weights):
 
 def test_all_pilots_are_checked_before_any_is_scored(tmp_path, asked, capsys):
     assert faithfulness(tmp_path / "out", "paper-sum", "straight") == 2
-    assert "no networks to explain" in one_line(capsys)
+    assert "does not explain its own decisions" in one_line(capsys)
     assert not asked
     assert not (tmp_path / "out").exists()
+
+
+def test_a_pilot_that_chooses_manoeuvres_is_examined_in_its_courses(tmp_path, asked):
+    assert faithfulness(tmp_path, "paper-glassbox") == 0
+    text = (tmp_path / "faithfulness.md").read_text()
+    assert "Ships move the course" in text
+    assert "after randomising the weights, layer by layer" not in text
+    for words in (*CHECKS.values(), *SURPRISES.values()):
+        assert words in text
+    assert "12 comparisons with DCPA and TCPA" in text
 
 
 @pytest.mark.parametrize("other", [("attention", False), ("sum", True)])

@@ -12,9 +12,10 @@ from glasshelm.faithfulness.counterfactual import heading_effects
 from glasshelm.faithfulness.explainers import EXPLAINERS, explainers_for
 from glasshelm.faithfulness.faithfulness_scores import MEASURES, randomised_top, score_explanations
 from glasshelm.faithfulness.sanity_checks import count_layers, perturb_sensors, randomise_weights
-from glasshelm.faithfulness.scenes import MIN_SHAPLEY_RAD, collect_scenes
+from glasshelm.faithfulness.scenes import collect_scenes
 from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
 from glasshelm.faithfulness.score_tables import scores_report
+from glasshelm.faithfulness.subjects import subject_of
 from glasshelm.pilots.registry import load
 
 
@@ -61,7 +62,7 @@ def test_what_is_made_of_the_networks_is_forgotten_and_may_come_back_upside_down
 
 
 def test_layers_are_forgotten_one_after_the_other_from_the_output_down(scored):
-    assert scored.layers == 7
+    assert scored.subject.layers == 7
     # Attention is what the bottom three layers say: the head of the actor has no part in it.
     assert mean(scored, "attention", randomised_top(4)) == pytest.approx(1.0)
     assert mean(scored, "attention", randomised_top(6)) < 1.0
@@ -85,7 +86,9 @@ def test_scores_are_kept_to_the_bit_and_not_computed_again(scored, tmp_path):
 
     pilot, kept = scored.pilot, ResultCache(tmp_path)
     key = cache_key(pilot, 32, 12, (3,))
-    assert load_or_compute(lambda: scored, kept, key, pilot) == (scored, False)
+    first, stored = load_or_compute(lambda: scored, kept, key, pilot)
+    assert first is scored
+    assert not stored
     again, before = load_or_compute(never, kept, key, pilot)
     assert before
     assert scores_report("p", [again], "c", "m") == scores_report("p", [scored], "c", "m")
@@ -102,22 +105,23 @@ def test_the_report_names_scenes_weights_and_a_verdict(scored):
 
 
 def test_scenes_are_those_in_which_a_ship_matters(pilot):
-    for group in collect_scenes(pilot, 32, 5, (3,)):
+    for group in collect_scenes(subject_of(pilot), 32, 5, (3,)):
         assert group.size <= 5
         assert group.observation.present.shape == (group.size, group.ships)
         assert bool(group.observation.present.all())
         assert bool((group.state.step % 20 == 0).all())
-    assert pytest.approx(np.radians(0.25)) == MIN_SHAPLEY_RAD
+    subject = subject_of(pilot)
+    assert subject.least * subject.ship.rudder_limit_rad == pytest.approx(np.radians(0.25))
 
 
 @pytest.mark.slow
 def test_a_ship_whom_nobody_sees_turns_nobody(pilot):
-    group = collect_scenes(pilot, 32, 3, (3,))[0]
+    group = collect_scenes(subject_of(pilot), 32, 3, (3,))[0]
     encounter, state = jax.tree.map(lambda x: x[0], (group.encounter, group.state))
     turned = heading_effects(pilot.actor, encounter, state, pilot.trained.ship)
     assert float(jnp.abs(turned).max()) > 0
 
-    def blind(seen, fleet=None):
+    def blind(seen):
         return jnp.float32(0.1)
 
     nobody = heading_effects(blind, encounter, state, pilot.trained.ship)
@@ -156,7 +160,7 @@ def test_a_network_forgets_from_its_output_down_and_keeps_the_rest():
 
 
 def test_what_a_pilot_does_not_have_is_not_examined():
-    names = {e.name for e in explainers_for(untrained("sum", critic=False).actor, None)}
+    names = {e.name for e in explainers_for(subject_of(untrained("sum", critic=False)))}
     assert names.isdisjoint({"attention", "intention", "danger", "shapley_decision"})
     assert {"shapley", "cpa"} <= names
 

@@ -23,7 +23,7 @@ def rough(seed, players=4):
 
 def test_the_truth_itself_has_full_marks_where_ships_add_up():
     worth = additive([0.5, -0.2, 0.1])
-    found = score_attribution(jnp.array([0.5, -0.2, 0.1]), worth, True)
+    found = score_attribution(jnp.array([0.5, -0.2, 0.1]), worth, True, True)
     assert float(found.kendall) == pytest.approx(1.0)
     assert float(found.sign) == pytest.approx(1.0)
     assert float(found.top) == 1.0
@@ -32,7 +32,7 @@ def test_the_truth_itself_has_full_marks_where_ships_add_up():
 
 def test_the_wrong_side_and_the_wrong_order_are_told():
     worth = additive([0.5, 0.2, 0.1])
-    found = score_attribution(jnp.array([-0.1, -0.2, 0.5]), worth, True)
+    found = score_attribution(jnp.array([-0.1, -0.2, 0.5]), worth, True, True)
     assert float(found.sign) == pytest.approx(0.1 / 0.8, abs=1e-6)
     assert float(found.kendall) == pytest.approx(-1.0)
     assert float(found.top) == 0.0
@@ -45,7 +45,7 @@ def test_the_wrong_side_and_the_wrong_order_are_told():
 def test_over_all_orders_a_random_one_scores_0_and_the_best_1(seed):
     worth = rough(seed)
     found = [
-        score_attribution(jnp.array(order, jnp.float32), worth, False)
+        score_attribution(jnp.array(order, jnp.float32), worth, False, False)
         for order in itertools.permutations([4.0, 3.0, 2.0, 1.0])
     ]
     for measure in ("deletion", "insertion"):
@@ -62,7 +62,7 @@ def test_infidelity_is_the_variation_that_no_multiple_of_the_explanation_says():
     said = inside @ np.asarray(told)
     c = np.linalg.lstsq(said[:, None], drop, rcond=None)[0][0]
     expected = np.sum((drop - c * said) ** 2) / np.sum(drop**2)
-    assert float(score_attribution(told, worth, False).infidelity) == pytest.approx(
+    assert float(score_attribution(told, worth, False, False).infidelity) == pytest.approx(
         expected, rel=1e-4
     )
 
@@ -70,15 +70,20 @@ def test_infidelity_is_the_variation_that_no_multiple_of_the_explanation_says():
 def test_with_the_scale_as_told_an_explanation_of_half_the_size_misses_a_quarter():
     worth = additive([0.5, -0.2, 0.1])
     half = jnp.array([0.25, -0.1, 0.05])
-    assert float(score_attribution(half, worth, True).infidelity) == pytest.approx(0.0, abs=1e-6)
-    assert float(score_attribution(half, worth, True).unscaled_infidelity) == pytest.approx(
+    assert float(score_attribution(half, worth, True, True).infidelity) == pytest.approx(
+        0.0, abs=1e-6
+    )
+    assert float(score_attribution(half, worth, True, True).unscaled_infidelity) == pytest.approx(
         0.25, abs=1e-5
     )
-    assert np.isnan(float(score_attribution(half, worth, False).unscaled_infidelity))
+    assert np.isnan(float(score_attribution(half, worth, False, False).unscaled_infidelity))
+    only_the_side = score_attribution(half, worth, True, False)
+    assert float(only_the_side.sign) == pytest.approx(1.0)
+    assert np.isnan(float(only_the_side.unscaled_infidelity))
 
 
 def test_where_no_ship_matters_nothing_can_be_ordered():
-    found = score_attribution(jnp.array([1.0, 2.0]), jnp.full(4, 0.2), False)
+    found = score_attribution(jnp.array([1.0, 2.0]), jnp.full(4, 0.2), False, False)
     assert np.isnan(float(found.deletion))
     assert np.isnan(float(found.sign))
 
@@ -94,6 +99,6 @@ def test_rank_correlations_are_those_of_scipy():
 
 def test_the_shapley_value_itself_is_imperfect_where_ships_work_together():
     worth = rough(7)
-    found = score_attribution(exact_from_worths(worth).by_ship, worth, True)
+    found = score_attribution(exact_from_worths(worth).by_ship, worth, True, True)
     assert 0.0 < float(found.infidelity) < 1.0
     assert jax.tree.all(jax.tree.map(lambda x: bool(jnp.isfinite(x)), found))

@@ -20,8 +20,8 @@ def run(
     Finished pilots are kept in OUT/chunks: the same command goes on where Ctrl-C stopped it.
 
     Args:
-        pilots: Bundled names or .safetensors files; NAME=A.safetensors,B.safetensors for the
-            training seeds of one pilot.
+        pilots: Learned pilots or .safetensors files, and pilots that choose manoeuvres
+            (paper-glassbox); NAME=A.safetensors,B.safetensors for the training seeds of one pilot.
         out: Folder for what is written.
         encounters: Random encounters that are simulated for scenes.
         scenes: At most so many scenes for each number of ships.

@@ -16,7 +16,7 @@ STEPS = 60
 
 
 def heading_effects(
-    actor: Policy, encounter: Encounter, state: EnvState, ship: ShipParams
+    policy: Policy, encounter: Encounter, state: EnvState, ship: ShipParams
 ) -> Float[Array, " n"]:
     """How much farther to starboard own ship heads after five minutes because ship i is there.
 
@@ -33,7 +33,7 @@ def heading_effects(
         )
 
         def go(state: EnvState, _: None):
-            rudder = actor(state.observation) * ship.rudder_limit_rad
+            rudder = policy(state.observation) * ship.rudder_limit_rad
             return step(world, state, rudder, ship).state, None
 
         return jax.lax.scan(go, observation, None, length=STEPS)[0].own.heading_rad

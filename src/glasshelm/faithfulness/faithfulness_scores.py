@@ -15,20 +15,14 @@ from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState
 from glasshelm.explanation.coalitions import coalitions
-from glasshelm.explanation.shapley import value_function
 from glasshelm.faithfulness.counterfactual import heading_effects
 from glasshelm.faithfulness.explainers import Explainer, explainers_for
+from glasshelm.faithfulness.manoeuvre_checks import manoeuvre_checks
 from glasshelm.faithfulness.metrics import score_attribution
-from glasshelm.faithfulness.sanity_checks import (
-    count_layers,
-    randomise_weights,
-    sensitivity,
-    spearman,
-)
+from glasshelm.faithfulness.sanity_checks import sensitivity, spearman
 from glasshelm.faithfulness.scenes import CHUNK, SHIP_COUNTS, collect_scenes, map_in_chunks
-from glasshelm.networks.actors import Actor
-from glasshelm.networks.critics import SubTaskCritic
-from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.faithfulness.subjects import ManoeuvreSubject, Question, Subject, subject_of
+from glasshelm.pilots.protocols import Pilot
 
 #: The scores by name, in the order of the table.
 MEASURES = (
@@ -36,7 +30,6 @@ MEASURES = (
     "simulated", "sensitivity", "randomised",
 )  # fmt: skip
 
-Networks = tuple[Actor, SubTaskCritic | None]
 #: Encounters, states of their worlds and keys [scene, ...].
 Chunk = tuple[Encounter, EnvState, Key[Array, " s"]]
 #: So many scenes of a chunk share one draw of randomised networks. The draws of which the layers
@@ -55,25 +48,32 @@ class ExplanationScores:
     """The scores of one pilot's explanations: ``scores[explainer][measure]``, one a scene.
 
     Measures are :data:`MEASURES` and, of some scenes (nan elsewhere), :func:`randomised_top`
-    of every number of layers below ``layers``. ``voyage`` is the encounter that each scene is
-    of, ``ships`` its number of ships; ``rudder_sensitivity`` is that of the rudder itself.
+    of every number of layers below ``subject.layers``.
+
+    Attributes:
+        pilot: The pilot.
+        subject: What is examined of it.
+        explainers: Its explanations.
+        scores: As above.
+        checks: What must hold or may surprise in a scene (1 or 0; nan: not defined there), by
+            name; only of pilots that choose manoeuvres.
+        voyage: The encounter that each scene is of.
+        ships: Its number of ships.
+        own_sensitivity: Of what is decided itself.
     """
 
-    pilot: LearnedPilot
+    pilot: Pilot
+    subject: Subject
     explainers: tuple[Explainer, ...]
     scores: Mapping[str, Mapping[str, Float[np.ndarray, " s"]]]
+    checks: Mapping[str, Float[np.ndarray, " s"]]
     voyage: np.ndarray
     ships: np.ndarray
-    rudder_sensitivity: Float[np.ndarray, " s"]
-
-    @property
-    def layers(self) -> int:
-        """How many layers can be randomised."""
-        return _layers((self.pilot.actor, self.pilot.critic))
+    own_sensitivity: Float[np.ndarray, " s"]
 
 
 def score_explanations(
-    pilot: LearnedPilot,
+    pilot: Pilot,
     encounters: int = 1000,
     max_scenes: int = 400,
     counts: Sequence[int] = SHIP_COUNTS,
@@ -89,42 +89,40 @@ def score_explanations(
         progress: Called with what is being done, parts done and all parts.
 
     Raises:
-        InputError: There is no scene in which a ship matters.
+        InputError: It explains nothing, or there is no scene in which a ship matters.
     """
-    groups = collect_scenes(pilot, encounters, max_scenes, counts)
+    subject = subject_of(pilot)
+    if subject is None:
+        raise InputError(f"pilot {pilot.name!r} does not explain its own decisions")
+    progress("voyages", 0, len(counts))
+    groups = collect_scenes(subject, encounters, max_scenes, counts)
     if not groups:
         raise InputError(
-            f"pilot {pilot.name!r}: in {encounters} encounters no ship moves its rudder by 0.25°; "
-            "more encounters are needed, or it does not see ships"
+            f"pilot {pilot.name!r}: in {encounters} encounters no ship moves its "
+            f"{subject.quantity}; more encounters are needed, or it does not see ships"
         )
-    explainers = explainers_for(pilot.actor, pilot.critic)
+    explainers = explainers_for(subject)
     draws = itertools.count()
-    scores: dict[str, dict[str, list[np.ndarray]]] = {e.name: {} for e in explainers}
-    sensitivities: list[np.ndarray] = []
+    parts: list[tuple[dict[str, dict[str, Array]], dict[str, Array], Array]] = []
     for number, group in enumerate(groups):
         progress(f"scenes with {group.ships} ships", number, len(groups))
         keys = jax.random.split(jax.random.key(0), group.size)
 
         def work(scenes: Chunk, draws: Iterator[int] = draws):
-            return _scored(pilot, _randomised_networks(pilot, next(draws)), explainers, scenes)
+            return _scored(subject, _randomised(subject, next(draws)), explainers, scenes)
 
-        found, own = map_in_chunks(work, (group.encounter, group.state, keys))
-        sensitivities.append(np.asarray(own))
-        for name, measures in found.items():
-            for measure, values in measures.items():
-                scores[name].setdefault(measure, []).append(np.asarray(values))
+        parts.append(map_in_chunks(work, (group.encounter, group.state, keys)))
+    scores, checks, own = jax.tree.map(lambda *x: np.concatenate(x), *parts)
     return ExplanationScores(
         pilot,
+        subject,
         explainers,
-        {e: {m: np.concatenate(v) for m, v in by.items()} for e, by in scores.items()},
+        scores,
+        checks,
         np.concatenate([g.voyage for g in groups]),
         np.concatenate([np.full(g.size, g.ships) for g in groups]),
-        np.concatenate(sensitivities),
+        own,
     )
-
-
-def _layers(networks: Networks) -> int:
-    return max(map(count_layers, networks))
 
 
 def _repeats(layers: int) -> list[tuple[int, int]]:
@@ -133,74 +131,85 @@ def _repeats(layers: int) -> list[tuple[int, int]]:
     return all_of_them + [(draw, top) for top in range(1, layers) for draw in CASCADED]
 
 
-def _randomised_networks(pilot: LearnedPilot, chunk: int) -> Networks:
-    """Networks with random weights, stacked [repeat, ...]; other ones for every chunk."""
-    networks = (pilot.actor, pilot.critic)
+def _randomised(subject: Subject, chunk: int) -> Subject | None:
+    """It with random weights, stacked [repeat, ...], other ones for every chunk; None without."""
+    if isinstance(subject, ManoeuvreSubject):
+        return None
     draws = CHUNK // DRAW
     found = [
-        (randomise_weights(pilot.actor, seed, top), randomise_weights(pilot.critic, seed, top))
-        for draw, top in _repeats(_layers(networks))
-        for seed in [chunk * draws + draw]
+        subject.randomised(chunk * draws + draw, top) for draw, top in _repeats(subject.layers)
     ]
     return jax.tree.map(lambda *x: jnp.asarray(np.stack(x)), *found)
 
 
 @eqx.filter_jit
 def _scored(
-    pilot: LearnedPilot,
-    randomised: Networks,
+    subject: Subject,
+    randomised: Subject | None,
     explainers: tuple[Explainer, ...],
     scenes: Chunk,
-) -> tuple[dict[str, dict[str, Array]], Array]:
-    """Every measure of every explanation [scenes], and the rudder's own sensitivity.
+) -> tuple[dict[str, dict[str, Array]], dict[str, Array], Array]:
+    """Every measure of every explanation [scenes], the checks, and the decision's sensitivity.
 
-    ``scenes`` are :data:`CHUNK`; ``randomised`` as :func:`_randomised_networks` makes them.
+    ``scenes`` are :data:`CHUNK`; ``randomised`` as :func:`_randomised` makes it.
     """
-    ship, networks = pilot.trained.ship, (pilot.actor, pilot.critic)
     inside = jnp.asarray(coalitions(scenes[0].present.shape[-1]))
-    signed = jnp.array([explainer.signed for explainer in explainers])
+    side = jnp.array([explainer.claims != "none" for explainer in explainers])
+    size = jnp.array([explainer.claims == "size" for explainer in explainers])
     names = [explainer.name for explainer in explainers]
 
+    def attributions_of(question: Question) -> Float[Array, "e n"]:
+        return jnp.stack([explainer.of(question) for explainer in explainers])
+
     def attribute(
-        observation: Observation, key: PRNGKeyArray, networks: Networks
+        observation: Observation, key: PRNGKeyArray, subject: Subject
     ) -> Float[Array, "e n"]:
-        actor, critic = networks
-        return jnp.stack(
-            [explainer.of(actor, critic, observation, key) for explainer in explainers]
-        )
+        return attributions_of(Question(subject, observation, key))
 
     def one(scene: tuple[Encounter, EnvState, PRNGKeyArray]):
         encounter, state, key = scene
         observation = state.observation
 
-        def rudder(observation: Observation) -> Float[Array, "1 1"]:
-            return pilot.actor(observation)[None, None]
+        def decided(observation: Observation) -> Float[Array, "1 1"]:
+            return subject.decided(observation, observation.present)[None, None]
 
-        rudders = jax.vmap(value_function("rudder", pilot.actor, None, observation, 1.0))(inside)
-        turned = jnp.abs(heading_effects(pilot.actor, encounter, state, ship))
-        attributions = attribute(observation, key, networks)
-        found = jax.vmap(lambda e, s: score_attribution(e, rudders, s))(attributions, signed)
+        worths = jax.vmap(lambda members: subject.decided(observation, members))(inside)
+        effects = heading_effects(subject.rudder, encounter, state, subject.ship)
+        turned = jnp.abs(effects)
+        question = Question(subject, observation, key)
+        attributions = attributions_of(question)
+        found = jax.vmap(lambda e, s, c: score_attribution(e, worths, s, c))(
+            attributions, side, size
+        )
         by_measure = {field: getattr(found, field) for field in MEASURES[:7]} | {
             "simulated": jax.vmap(lambda e: spearman(jnp.abs(e), turned))(attributions),
-            "sensitivity": sensitivity(lambda s: attribute(s, key, networks), observation, key),
+            "sensitivity": sensitivity(lambda s: attribute(s, key, subject), observation, key),
         }
-        return attributions, by_measure, sensitivity(rudder, observation, key)[0]
+        checks = {}
+        if isinstance(subject, ManoeuvreSubject):
+            checks = manoeuvre_checks(question.why, worths, subject.bearing_rad(observation))
+        return attributions, by_measure, checks, sensitivity(decided, observation, key)[0]
 
-    attributions, by_measure, own = jax.vmap(one)(scenes)
-    by_measure |= _randomisation_scores(
-        attribute, attributions, randomised, _layers(networks), scenes
+    attributions, by_measure, checks, own = jax.lax.map(
+        one, scenes, batch_size=subject.scenes_at_once
     )
+    if randomised is None:
+        by_measure["randomised"] = jnp.full(attributions.shape[:2], jnp.nan)
+    else:
+        by_measure |= _randomisation_scores(
+            attribute, attributions, randomised, subject.layers, scenes
+        )
     measures = {
         name: {measure: values[:, i] for measure, values in by_measure.items()}
         for i, name in enumerate(names)
     }
-    return measures, own
+    return measures, checks, own
 
 
 def _randomisation_scores(
-    attribute: Callable[[Observation, PRNGKeyArray, Networks], Float[Array, "e n"]],
+    attribute: Callable[[Observation, PRNGKeyArray, Subject], Float[Array, "e n"]],
     attributions: Float[Array, "s e n"],
-    randomised: Networks,
+    randomised: Subject,
     layers: int,
     scenes: Chunk,
 ) -> dict[str, Float[Array, "s e"]]:
@@ -212,10 +221,10 @@ def _randomisation_scores(
     draws = CHUNK // DRAW
     which = jnp.array([np.arange(DRAW) * draws + draw for draw, _ in repeats])
 
-    def after(repeat: tuple[Networks, Int[Array, " d"]]) -> Float[Array, "d e"]:
-        networks, place = repeat
+    def after(repeat: tuple[Subject, Int[Array, " d"]]) -> Float[Array, "d e"]:
+        other, place = repeat
         observation, keys = jax.tree.map(lambda x: x[place], (scenes[1].observation, scenes[2]))
-        new = jax.vmap(lambda s, k: attribute(s, k, networks))(observation, keys)
+        new = jax.vmap(lambda s, k: attribute(s, k, other))(observation, keys)
         return jax.vmap(jax.vmap(spearman))(jnp.abs(attributions[place]), jnp.abs(new))
 
     rho = jax.lax.map(after, (randomised, which))

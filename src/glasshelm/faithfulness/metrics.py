@@ -1,6 +1,6 @@
 """How true one number a ship is, measured against what the pilot does with any set of ships.
 
-All 2ⁿ rudders are known, so nothing is sampled: a random order scores exactly
+All 2ⁿ decisions are known, so nothing is sampled: a random order scores exactly
 0 and the best possible one exactly 1 in deletion and insertion.
 """
 
@@ -16,10 +16,10 @@ class Scores(eqx.Module):
     """Of one explanation in one scene.
 
     ``kendall`` (τ_b) and ``top`` (1: the same first ship) compare |e| with |φ|,
-    the Shapley value of the rudder; ``sign`` is the share of |φ| whose side e
+    the Shapley value of what is decided; ``sign`` is the share of |φ| whose side e
     tells rightly (nan where it claims none). ``deletion`` and ``insertion``: 0 is a random
     order, 1 the best one (nan where all orders are alike). ``infidelity``
-    (Yeh et al. 2019, uniform over coalitions): the share of the rudder's
+    (Yeh et al. 2019, uniform over coalitions): the share of the decision's
     variation that c·Σe misses with c fitted, ``unscaled_infidelity`` with c = 1 (nan where
     e is no rudder).
     """
@@ -34,31 +34,35 @@ class Scores(eqx.Module):
 
 
 def score_attribution(
-    attribution: Float[Array, " n"], rudders: Float[Array, " k"], signed: bool | Bool[Array, ""]
+    attribution: Float[Array, " n"],
+    worths: Float[Array, " k"],
+    side: bool | Bool[Array, ""],
+    size: bool | Bool[Array, ""],
 ) -> Scores:
     """The scores of one explanation of one scene.
 
     Args:
         attribution: One number a ship.
-        rudders: The rudders of all coalitions, by their bits.
-        signed: The attribution claims a side, and is in the units of ``rudders``.
+        worths: What is decided in all coalitions (rudders or courses), by their bits.
+        side: The attribution claims a side.
+        size: It is also in the units of ``worths``.
     """
     players = attribution.shape[0]
-    true = exact_from_worths(rudders).by_ship
-    size, rank = jnp.abs(true), _ranks(jnp.abs(attribution))
-    right = (jnp.sign(attribution) == jnp.sign(true)) * size
-    sign = jnp.where(signed, right.sum() / jnp.maximum(size.sum(), 1e-12), jnp.nan)
+    true = exact_from_worths(worths).by_ship
+    moved, rank = jnp.abs(true), _ranks(jnp.abs(attribution))
+    right = (jnp.sign(attribution) == jnp.sign(true)) * moved
+    sign = jnp.where(side, right.sum() / jnp.maximum(moved.sum(), 1e-12), jnp.nan)
     full = 2**players - 1
-    left_out = jnp.abs(rudders - rudders[full])[::-1]  # by who is left out, not by who is in
-    kept = jnp.abs(rudders - rudders[full])
+    left_out = jnp.abs(worths - worths[full])[::-1]  # by who is left out, not by who is in
+    kept = jnp.abs(worths - worths[full])
     return Scores(
-        kendall_tau(jnp.abs(attribution), size),
-        (jnp.argmax(jnp.abs(attribution)) == jnp.argmax(size)).astype(jnp.float32),
+        kendall_tau(jnp.abs(attribution), moved),
+        (jnp.argmax(jnp.abs(attribution)) == jnp.argmax(moved)).astype(jnp.float32),
         sign,
         _normalised(left_out, rank, best=1.0),
         _normalised(kept, rank, best=-1.0),
-        _infidelity(attribution, rudders),
-        jnp.where(signed, _infidelity(attribution, rudders, 1.0), jnp.nan),
+        _infidelity(attribution, worths),
+        jnp.where(size, _infidelity(attribution, worths, 1.0), jnp.nan),
     )
 
 
@@ -83,7 +87,7 @@ def _normalised(
 ) -> Float[Array, ""]:
     """(this order's area − a random one's) / (the best one's − a random one's).
 
-    ``change`` [2ⁿ] is the change of the rudder by who was taken (out or in);
+    ``change`` [2ⁿ] is the change of the decision by who was taken (out or in);
     ``best`` +1 where a large area is good, −1 where a small one is.
     """
     value = best * change
@@ -111,11 +115,11 @@ def _best_path(value: Float[Array, " k"], players: int) -> Float[Array, ""]:
 
 
 def _infidelity(
-    attribution: Float[Array, " n"], rudders: Float[Array, " k"], c: float | None = None
+    attribution: Float[Array, " n"], worths: Float[Array, " k"], c: float | None = None
 ) -> Float[Array, ""]:
     """E_S[(v(N) − v(N∖S) − c·Σ_{i∈S} e_i)²] / E_S[(v(N) − v(N∖S))²], S uniform; least over c
     unless it is given."""
-    drop = rudders[-1] - rudders[::-1]
+    drop = worths[-1] - worths[::-1]
     claimed = jnp.asarray(coalitions(attribution.shape[0]), jnp.float32) @ attribution
     scale = (claimed @ drop) / jnp.maximum(claimed @ claimed, 1e-20) if c is None else c
     return ((drop - scale * claimed) ** 2).sum() / jnp.maximum((drop**2).sum(), 1e-20)

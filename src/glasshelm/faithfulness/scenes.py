@@ -9,19 +9,15 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from glasshelm.encounters.random_encounters import validation_encounters
 from glasshelm.encounters.types import Encounter
 from glasshelm.env.observe import Observation
 from glasshelm.env.step import EnvState, reset, step
-from glasshelm.explanation.shapley import exact_shapley, value_function
-from glasshelm.networks.actors import Actor
-from glasshelm.pilots.learned import LearnedPilot
-from glasshelm.ship.nomoto import ShipParams
+from glasshelm.explanation.shapley import exact_shapley
+from glasshelm.faithfulness.subjects import Subject
 
-#: A scene counts if some ship moves the rudder by so much (Shapley value of the rudder) [rad].
-MIN_SHAPLEY_RAD = float(np.radians(0.25))
 #: Voyages of 2400 s, looked at every 100 s from 100 s on.
 STEPS, SAMPLE_EVERY = 480, 20
 #: Numbers of ships: with one there is nothing to compare.
@@ -58,16 +54,15 @@ class Scenes:
 
 
 def collect_scenes(
-    pilot: LearnedPilot, encounters: int, max_scenes: int, counts: Sequence[int] = SHIP_COUNTS
+    subject: Subject, encounters: int, max_scenes: int, counts: Sequence[int] = SHIP_COUNTS
 ) -> list[Scenes]:
     """Scenes of a pilot's voyages through the fixed random encounters, by number of ships.
 
     At most ``max_scenes`` of each number, evenly over the voyages. Scenes in which no
-    ship moves the rudder by :data:`MIN_SHAPLEY_RAD` are left out.
+    ship moves what is decided by ``subject.least`` (its Shapley value) are left out.
     """
-    ship = pilot.trained.ship
-    drawn = validation_encounters(ship, encounters)
-    states = _voyages(pilot.actor, drawn, ship)
+    drawn = validation_encounters(subject.ship, encounters)
+    states = voyages(subject, drawn, SAMPLE_EVERY)
     instants = states.step.shape[0]
     count = np.asarray(drawn.present.sum(-1))
     groups = []
@@ -80,7 +75,7 @@ def collect_scenes(
         state = jax.tree.map(lambda x, v=voyage: x[:, v], states)
         state = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), _only_seen(state, place))
         voyage_of = np.tile(np.arange(len(voyage)), instants)
-        telling = np.flatnonzero(map_in_chunks(partial(_matters, pilot), state.observation))
+        telling = np.flatnonzero(map_in_chunks(partial(_matters, subject), state.observation))
         chosen = telling[
             np.linspace(0, len(telling) - 1, min(max_scenes, len(telling))).astype(int)
         ]
@@ -112,21 +107,24 @@ def map_in_chunks(work: Callable[[Any], Result], scenes: Any) -> Result:
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
 
 
-@jax.jit
-def _voyages(actor: Actor, encounters: Encounter, ship: ShipParams) -> EnvState:
-    """States [instant, voyage] of all voyages."""
+@eqx.filter_jit
+def voyages(subject: Subject, encounters: Encounter, every: int) -> EnvState:
+    """States [instant, voyage] of voyages of 2400 s, one every so many steps."""
+    ship = subject.ship
 
-    def tick(state: EnvState, _: None):
-        action = actor(state.observation)
-        moved = jax.vmap(lambda e, s, a: step(e, s, a * ship.rudder_limit_rad, ship).state)
-        return moved(encounters, state, action), None
+    def one(encounter: Encounter) -> EnvState:
+        def tick(state: EnvState, _: None) -> tuple[EnvState, None]:
+            rudder = subject.rudder(state.observation) * ship.rudder_limit_rad
+            return step(encounter, state, rudder, ship).state, None
 
-    def leap(state: EnvState, _: None):
-        state, _ = jax.lax.scan(tick, state, None, length=SAMPLE_EVERY)
-        return state, state
+        def leap(state: EnvState, _: None) -> tuple[EnvState, EnvState]:
+            state, _ = jax.lax.scan(tick, state, None, length=every)
+            return state, state
 
-    start = jax.vmap(lambda e: reset(e, ship))(encounters)
-    return jax.lax.scan(leap, start, None, length=STEPS // SAMPLE_EVERY)[1]
+        return jax.lax.scan(leap, reset(encounter, ship), None, length=STEPS // every)[1]
+
+    states = jax.lax.map(one, encounters, batch_size=subject.scenes_at_once)
+    return jax.tree.map(lambda x: jnp.swapaxes(x, 0, 1), states)
 
 
 def _only(encounter: Encounter, place: Int[np.ndarray, "v n"]) -> Encounter:
@@ -158,11 +156,12 @@ def _only_seen(state: EnvState, place: Int[np.ndarray, "v n"]) -> EnvState:
 
 
 @eqx.filter_jit
-def _matters(pilot: LearnedPilot, observation: Observation) -> Array:
-    limit = pilot.trained.ship.rudder_limit_rad
-
+def _matters(subject: Subject, observation: Observation) -> Array:
     def largest(observation: Observation) -> Array:
-        rudder = value_function("rudder", pilot.actor, None, observation, limit)
-        return jnp.abs(exact_shapley(rudder, observation.present.shape[-1]).by_ship).max()
+        def worth(members: Bool[Array, " n"]) -> Float[Array, ""]:
+            return subject.decided(observation, members)
 
-    return jax.vmap(largest)(observation) >= MIN_SHAPLEY_RAD
+        return jnp.abs(exact_shapley(worth, observation.present.shape[-1]).by_ship).max()
+
+    found = jax.lax.map(largest, observation, batch_size=subject.scenes_at_once)
+    return found >= subject.least

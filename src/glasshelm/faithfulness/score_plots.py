@@ -13,7 +13,7 @@ from glasshelm.figures.style import INK, SOFT, new_figure, styled
 _COLOURS = {"paper": "#0072B2", "ours": "#009E73", "null": SOFT}
 _SAID = {
     "paper": "the paper's",
-    "ours": "by asking the actor again",
+    "ours": "by asking the pilot again",
     "null": "knows nothing of the pilot",
 }
 

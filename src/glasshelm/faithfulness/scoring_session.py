@@ -15,44 +15,48 @@ from glasshelm.faithfulness.faithfulness_scores import ExplanationScores, score_
 from glasshelm.faithfulness.score_cache import cache_key, load_or_compute
 from glasshelm.faithfulness.score_plots import scores_figure
 from glasshelm.faithfulness.score_tables import scores_report
+from glasshelm.faithfulness.subjects import ManoeuvreSubject, Subject, subject_of
 from glasshelm.figures.style import save
 from glasshelm.networks.actors import AttentionActor
-from glasshelm.pilots.learned import LearnedPilot
+from glasshelm.pilots.protocols import Pilot
 
 #: Encounters, scenes at most of each number of ships, numbers of ships.
 ScoringSize = tuple[int, int, tuple[int, ...]]
 
 
-def eligible_pilots(contenders: Sequence[Contender]) -> list[tuple[str, list[LearnedPilot]]]:
+def eligible_pilots(contenders: Sequence[Contender]) -> list[tuple[str, list[Pilot]]]:
     """Each contender's name and seeds. InputError names the first that cannot be scored."""
     return [(contender.name, _seeds(contender)) for contender in contenders]
 
 
-def _seeds(contender: Contender) -> list[LearnedPilot]:
-    seeds = []
+def _seeds(contender: Contender) -> list[Pilot]:
+    first, kind = contender.pilots[0].name, ""
     for pilot in contender.pilots:
-        if not isinstance(pilot, LearnedPilot):
+        subject = subject_of(pilot)
+        if subject is None:
             raise InputError(
-                f"pilot {pilot.name!r} has no networks to explain, or is guarded: "
-                "name a learned pilot or a .safetensors file"
+                f"pilot {pilot.name!r} does not explain its own decisions, or is guarded: name a "
+                "learned pilot, one that chooses manoeuvres (paper-glassbox) or a .safetensors file"
             )
-        if seeds and _networks(pilot) != _networks(seeds[0]):
+        kind = kind or _kind(subject)
+        if _kind(subject) != kind:
             raise InputError(
                 f"pilot {contender.name!r}: its seeds cannot be scored together: "
-                f"{seeds[0].name!r} is {_networks(seeds[0])}, {pilot.name!r} is {_networks(pilot)}"
+                f"{first!r} is {kind}, {pilot.name!r} is {_kind(subject)}"
             )
-        seeds.append(pilot)
-    return seeds
+    return [pilot for pilot in contender.pilots if isinstance(pilot, Pilot)]
 
 
-def _networks(pilot: LearnedPilot) -> str:
+def _kind(subject: Subject) -> str:
     """What decides which explanations there are, in words."""
-    actor = "an attention actor" if isinstance(pilot.actor, AttentionActor) else "a sum actor"
-    return f"{actor} {'without a' if pilot.critic is None else 'with its'} critic"
+    if isinstance(subject, ManoeuvreSubject):
+        return "a pilot that chooses manoeuvres"
+    actor = "an attention actor" if isinstance(subject.actor, AttentionActor) else "a sum actor"
+    return f"{actor} {'without a' if subject.critic is None else 'with its'} critic"
 
 
 def score_pilots(
-    chosen: Sequence[tuple[str, Sequence[LearnedPilot]]],
+    chosen: Sequence[tuple[str, Sequence[Pilot]]],
     what: ScoringSize,
     out: Path,
     command: str,
@@ -94,7 +98,7 @@ def score_pilots(
 
 
 def _scored(
-    name: str, pilot: LearnedPilot, what: ScoringSize, out: Path, console: Terminal
+    name: str, pilot: Pilot, what: ScoringSize, out: Path, console: Terminal
 ) -> tuple[ExplanationScores, bool]:
     with progress(console) as bar:
         task = bar.add_task(name, total=None)
