@@ -123,7 +123,7 @@ def train(
     """Train a pilot, and write weights, logs and snapshots to a folder.
 
     Args:
-        preset: ``fast``, ``glassbox``, ``ddpg``, ``paper``, or ``tiny`` and its like.
+        preset: ``fast``, ``glassbox``, ``course``, ``ddpg``, ``paper``, or ``tiny`` and its like.
         out: The folder.
         minutes: Stop cleanly after so long.
         seed: Of everything random.

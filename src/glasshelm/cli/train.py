@@ -27,7 +27,7 @@ def run(
     Ctrl-C stops at a whole step and saves; --resume continues from there, bit for bit.
 
     Args:
-        preset: paper, ddpg, fast, glassbox, tiny, tiny-fast or tiny-glassbox.
+        preset: paper, ddpg, fast, glassbox, course, or tiny and its like.
         actor: How the ships are merged into one feature (sum: Eq. 20-21, attention: Eq. 23).
         critic: One TD error of the total (the paper), or one for each sub-task.
         ship: Own ship: paper or large_ship.
@@ -64,7 +64,7 @@ def run(
     ship_named(config.ship)
     console = Terminal(stderr=False)
     what = f"{config.actor} actor, critics by {config.critic}"
-    if config.algorithm == "regression":
+    if config.algorithm in ("regression", "course"):
         what = "a critic of manoeuvres that steers"
     console.say(
         f"{config.preset}: {what}, ship {config.ship}, "

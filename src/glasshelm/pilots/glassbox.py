@@ -27,8 +27,9 @@ from glasshelm.ship.nomoto import ShipParams
 
 @runtime_checkable
 class ManoeuvreCritic(Protocol):
-    """What values manoeuvres: :class:`~glasshelm.planning.simulated_critic.SimulatedCritic`, or
-    :class:`~glasshelm.planning.learned_critic.LearnedCritic`.
+    """What values manoeuvres: :class:`~glasshelm.planning.simulated_critic.SimulatedCritic`,
+    :class:`~glasshelm.planning.learned_critic.LearnedCritic` or
+    :class:`~glasshelm.planning.course_critic.CourseCritic`.
     """
 
     @property

@@ -15,6 +15,7 @@ from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.pilots.glassbox import GlassboxPilot
 from glasshelm.pilots.load_networks import read_networks
 from glasshelm.pilots.protocols import Decision, Memory
+from glasshelm.planning.course_critic import CourseCritic
 from glasshelm.planning.learned_critic import LearnedCritic
 from glasshelm.ship.nomoto import ShipParams
 
@@ -59,7 +60,7 @@ def read_pilot(path: Path, name: str) -> LearnedPilot | GlassboxPilot:
     """
     networks, trained = read_networks(path)
     digest = file_sha256(path)
-    if isinstance(networks.critic, LearnedCritic):
+    if isinstance(networks.critic, LearnedCritic | CourseCritic):
         return GlassboxPilot(trained.ship, name, networks.critic, trained, digest)
     assert networks.actor is not None
     return LearnedPilot(networks.actor, networks.critic, trained, name, digest)

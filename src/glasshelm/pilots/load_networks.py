@@ -15,6 +15,7 @@ from glasshelm.env.training_envelope import TrainingEnvelope
 from glasshelm.networks.actors import Actor, ActorSizes, make_actor
 from glasshelm.networks.checkpoint import CheckpointError, load_tree, read_header
 from glasshelm.networks.critics import CriticSizes, SubTaskCritic
+from glasshelm.planning.course_critic import CourseCritic, CourseCriticSizes
 from glasshelm.planning.learned_critic import LearnedCritic, ManoeuvreCriticSizes
 from glasshelm.ship.nomoto import ShipParams, check_ship, ship_named
 
@@ -24,9 +25,15 @@ MOST_LAYERS, WIDEST = 64, 65_536
 #: No critic simulates its own ship's way in more steps.
 MOST_STEPS = 10_000
 
-Sizes = TypeVar("Sizes", ActorSizes, CriticSizes, ManoeuvreCriticSizes)
+Sizes = TypeVar("Sizes", ActorSizes, CriticSizes, ManoeuvreCriticSizes, CourseCriticSizes)
 Fields = TypeVar(
-    "Fields", ActorSizes, CriticSizes, ManoeuvreCriticSizes, RandomEncounters, EnvSettings
+    "Fields",
+    ActorSizes,
+    CriticSizes,
+    ManoeuvreCriticSizes,
+    CourseCriticSizes,
+    RandomEncounters,
+    EnvSettings,
 )
 
 
@@ -34,7 +41,7 @@ class Networks(eqx.Module):
     """What a weights file holds: an actor with or without a critic, or a critic that steers."""
 
     actor: Actor | None
-    critic: SubTaskCritic | LearnedCritic | None
+    critic: SubTaskCritic | LearnedCritic | CourseCritic | None
 
 
 def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
@@ -44,7 +51,8 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
 
     ``header["actor"]`` has ``kind`` and the fields of :class:`ActorSizes`,
     ``header["critic"]`` those of :class:`CriticSizes` or is ``null``. Where ``actor`` is ``null``
-    the critic steers, and has ``kind`` and the fields of :class:`ManoeuvreCriticSizes`.
+    the critic steers: its ``kind`` is ``manoeuvres``, with the fields of
+    :class:`ManoeuvreCriticSizes`, or ``course``, with those of :class:`CourseCriticSizes`.
     ``header["ship"]`` is a preset's name or the fields of :class:`ShipParams`.
     ``header["encounters"]`` has the fields of :class:`RandomEncounters` and ``header["env"]``
     those of :class:`EnvSettings`; without them, the envelope's defaults hold.
@@ -70,6 +78,12 @@ def rebuild(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
 def _rebuild_steering(header: dict[str, Any]) -> tuple[Networks, TrainingEnvelope]:
     """The same of a critic that steers."""
     kind, critic = _kind_and_sizes(header, "critic")
+    if kind == "course":
+        courses = _sizes(CourseCriticSizes, "critic", critic)
+        like = eqx.filter_eval_shape(
+            lambda: Networks(None, CourseCritic(courses, jax.random.key(0)))
+        )
+        return like, _trained(header)
     if kind != "manoeuvres":
         raise _unfit("critic", f"kind {kind[:100]!r}")
     sizes = _sizes(ManoeuvreCriticSizes, "critic", critic)

@@ -62,12 +62,12 @@ class Encountered(eqx.Module):
         range_m2: The least range² [m²].
     """
 
-    exposure: Float[Array, " c"]
-    margin: Float[Array, " c"]
-    range_m2: Float[Array, " c"]
+    exposure: Float[Array, "*c"]
+    margin: Float[Array, "*c"]
+    range_m2: Float[Array, "*c"]
 
     @staticmethod
-    def nothing(like: Float[Array, " c"]) -> "Encountered":
+    def nothing(like: Float[Array, "*c"]) -> "Encountered":
         zero = jnp.zeros_like(like)
         return Encountered(zero, zero - 1.0, zero + jnp.inf)
 
@@ -82,7 +82,15 @@ class Encountered(eqx.Module):
             jnp.minimum(self.range_m2, body.x**2 + body.y**2),
         )
 
-    def value(self, loa_m: float | Array, costs: ManoeuvreCosts) -> Float[Array, " c"]:
+    def followed_by(self, later: "Encountered") -> "Encountered":
+        """Both together: what is met on this way and then on another."""
+        return Encountered(
+            self.exposure + later.exposure,
+            jnp.maximum(self.margin, later.margin),
+            jnp.minimum(self.range_m2, later.range_m2),
+        )
+
+    def value(self, loa_m: float | Array, costs: ManoeuvreCosts) -> Float[Array, "*c"]:
         """Q_ca: what all that costs."""
         near = jnp.maximum(1.0 - jnp.sqrt(self.range_m2) / (costs.near_loa * loa_m), 0.0)
         cost = costs.step_s / EnvSettings().step_s * costs.danger_weight * self.exposure

@@ -11,9 +11,11 @@ from glasshelm.encounters.random_encounters import RandomEncounters
 from glasshelm.env.step import EnvSettings
 from glasshelm.networks.actors import ActorSizes
 from glasshelm.networks.critics import CriticSizes
+from glasshelm.planning.course_critic import CourseCriticSizes
 from glasshelm.planning.learned_critic import ManoeuvreCriticSizes
 from glasshelm.planning.manoeuvres import ManoeuvreTable
 from glasshelm.planning.simulated_critic import ManoeuvreCosts
+from glasshelm.training.course_learning import CourseLearningSettings
 from glasshelm.training.dagger import DaggerSettings
 from glasshelm.training.ddpg import DdpgSettings
 from glasshelm.training.encounter_mix import EncounterMix
@@ -28,12 +30,13 @@ class TrainConfig:
 
     ``algorithm`` is ``ddpg`` (actor and critics by DDPG, as in the paper),
     ``dagger`` (the actor by DAgger, then critics evaluated on it with DDPG's
-    program in which ``ddpg.actor_update`` is false) or ``regression`` (a critic of
-    manoeuvres, which steers by its argmax: no actor).
+    program in which ``ddpg.actor_update`` is false), ``regression`` (a critic of
+    manoeuvres, which steers by its argmax: no actor) or ``course`` (the same, by its
+    own experience alone).
     """
 
     preset: str
-    algorithm: Literal["ddpg", "dagger", "regression"]
+    algorithm: Literal["ddpg", "dagger", "regression", "course"]
     actor: Literal["sum", "attention"] = "sum"
     critic: TdError = "sum"
     ship: str = "paper"
@@ -48,9 +51,11 @@ class TrainConfig:
     dagger: DaggerSettings = dataclasses.field(default_factory=DaggerSettings)
     regression: RegressionSettings = dataclasses.field(default_factory=RegressionSettings)
     manoeuvre_critic: ManoeuvreCriticSizes = dataclasses.field(default_factory=ManoeuvreCriticSizes)
+    course: CourseLearningSettings = dataclasses.field(default_factory=CourseLearningSettings)
+    course_sizes: CourseCriticSizes = dataclasses.field(default_factory=CourseCriticSizes)
     #: Share of a time budget after which DAgger ends.
     dagger_time_share: float = 0.45
-    #: Iterations of DAgger or regression and cycles of DDPG between two validations.
+    #: Iterations of DAgger, regression or courses and cycles of DDPG between two validations.
     iterations_between: int = 10
     cycles_between: int = 1000
     #: Episodes of the fixed validation set; steps in which critics are compared, and of all.
@@ -62,7 +67,8 @@ class TrainConfig:
         """The distribution of encounters that the actor is trained on."""
         if self.algorithm == "ddpg":
             return self.ddpg.encounters
-        mix = self.regression.mix if self.algorithm == "regression" else self.dagger.mix
+        mixes = {"regression": self.regression.mix, "course": self.course.mix}
+        mix = mixes.get(self.algorithm, self.dagger.mix)
         return mix.with_targets(mix.distributions[0])
 
     @property
@@ -70,6 +76,9 @@ class TrainConfig:
         """The decision process that it is trained in."""
         if self.algorithm == "regression":
             steps = self.regression.decisions * self.regression.hold_steps
+            return dataclasses.replace(self.ddpg.env, episode_steps=steps)
+        if self.algorithm == "course":
+            steps = self.course.decisions * self.course.hold_steps
             return dataclasses.replace(self.ddpg.env, episode_steps=steps)
         return self.ddpg.env
 
@@ -151,6 +160,9 @@ PRESETS: dict[str, TrainConfig] = {
     ),
     # Sub-task critics of manoeuvres, whose argmax steers (docs/explanation/glassbox.md).
     "glassbox": TrainConfig("glassbox", "regression", iterations_between=20),
+    # No teacher, no model, no actor: a critic of courses steers by its argmax
+    # (docs/explanation/training.md).
+    "course": TrainConfig("course", "course", iterations_between=30),
     # Seconds: for tests of the machinery, not for pilots.
     "tiny": _TINY,
     "tiny-glassbox": dataclasses.replace(
@@ -171,6 +183,25 @@ PRESETS: dict[str, TrainConfig] = {
             iterations=3,
             updates=4,
             batch_rows=16,
+        ),
+        iterations_between=1,
+    ),
+    "tiny-course": dataclasses.replace(
+        _TINY,
+        preset="tiny-course",
+        algorithm="course",
+        course=CourseLearningSettings(
+            EncounterMix((1, 1, 1)),
+            decisions=4,
+            labelled=3,
+            begins_before=2,
+            dataset_iterations=2,
+            iterations=3,
+            updates=4,
+            batch_rows=16,
+        ),
+        course_sizes=CourseCriticSizes(
+            (8,), (8,), table=ManoeuvreTable((-60.0, 60.0), (300.0,), (), (), keep_s=(300.0,))
         ),
         iterations_between=1,
     ),

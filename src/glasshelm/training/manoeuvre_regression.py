@@ -35,7 +35,7 @@ from glasshelm.env.observe import Observation, waypoint_bearing_rad
 from glasshelm.env.step import EnvSettings, EnvState, observe_step, targets_at, waypoint_of
 from glasshelm.networks.input_features import COURSE_INPUTS, encode_courses
 from glasshelm.networks.ship_batch import Packed
-from glasshelm.pilots.glassbox import best_course
+from glasshelm.pilots.glassbox import ManoeuvreCritic, best_course
 from glasshelm.pilots.protocols import Memory
 from glasshelm.planning.learned_critic import LearnedCritic
 from glasshelm.planning.manoeuvres import ManoeuvreTable
@@ -95,7 +95,7 @@ class RegressionSettings:
 class HeldCourses(eqx.Module):
     """A critic of manoeuvres at the helm, as a policy that chooses anew every ``hold_steps``."""
 
-    critic: LearnedCritic
+    critic: ManoeuvreCritic
     ship: ShipParams = eqx.field(static=True)
     hold_steps: int = eqx.field(static=True)
 

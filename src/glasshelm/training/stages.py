@@ -1,9 +1,9 @@
 """The stages of a training: each starts, advances by one unit, and shows its policy and critic.
 
 ``dagger`` makes an actor that steers like an expert, ``critic`` evaluates critics
-on it, ``ddpg`` learns both at once, ``regression`` learns a critic of manoeuvres that steers.
-The trainer (:mod:`glasshelm.training.trainer`) treats them alike. A unit is an iteration
-(dagger, regression) or a cycle (ddpg, critic);
+on it, ``ddpg`` learns both at once, ``regression`` and ``course`` learn critics of
+manoeuvres that steer. The trainer (:mod:`glasshelm.training.trainer`) treats them alike.
+A unit is an iteration (dagger, regression, course) or a cycle (ddpg, critic);
 ``time_share`` is the share of a time budget after which the stage ends; ``advance``
 uses the old state up and returns the next with the unit's metrics.
 """
@@ -19,10 +19,12 @@ from jaxtyping import PRNGKeyArray
 from glasshelm.core.errors import InputError
 from glasshelm.networks.critics import SubTaskCritic
 from glasshelm.pilots.load_networks import read_networks
+from glasshelm.planning.course_critic import CourseCritic
 from glasshelm.planning.learned_critic import LearnedCritic
 from glasshelm.ship.nomoto import ship_named
 from glasshelm.simulation.rollout import Case
 from glasshelm.training.config import TrainConfig
+from glasshelm.training.course_learning import CourseState, course_iteration, init_course
 from glasshelm.training.dagger import DaggerState, dagger_iteration, init_dagger
 from glasshelm.training.ddpg import DdpgState, encounter_pool, init_ddpg, run_cycle
 from glasshelm.training.init_actor import init_actor
@@ -36,7 +38,7 @@ from glasshelm.training.manoeuvre_regression import (
 from glasshelm.training.validation import AnyPolicy
 from glasshelm.training.vector_env import EncounterPool
 
-#: The state of a stage: DaggerState, DdpgState or RegressionState.
+#: The state of a stage: DaggerState, DdpgState, RegressionState or CourseState.
 State = Any
 
 
@@ -153,11 +155,44 @@ class RegressionStage:
         return None
 
 
-Stage = DaggerStage | DdpgStage | RegressionStage
+class CourseStage:
+    """A critic of courses by its own experience (:mod:`glasshelm.training.course_learning`)."""
+
+    name, unit = "course", "iterations"
+    time_share = 1.0
+
+    def __init__(self, config: TrainConfig):
+        settings = config.course
+        self.units = settings.iterations
+        self.updates_per_unit = settings.updates
+        self.env_steps_per_unit = settings.iteration_env_steps
+        self.evaluate_every = config.iterations_between
+        self._config = config
+
+    def start(self, policy: Any) -> CourseState:
+        """The first state, from the initial critic."""
+        return init_course(policy.critic, self._config.course)
+
+    def advance(self, state: CourseState, number: int) -> tuple[CourseState, dict[str, jax.Array]]:
+        return _iterate_course(state, self._config)
+
+    def policy(self, state: CourseState) -> AnyPolicy:
+        config = self._config
+        return HeldCourses(state.average, ship_named(config.ship), config.course.hold_steps)
+
+    def critic(self, state: CourseState) -> SubTaskCritic | None:
+        return None
+
+
+Stage = DaggerStage | DdpgStage | RegressionStage | CourseStage
 
 
 def initial_policy(config: TrainConfig) -> AnyPolicy:
     """What a training starts from: an actor, or whatever else steers as one does."""
+    if config.algorithm == "course":
+        key = jax.random.fold_in(jax.random.key(config.seed), 6)
+        critic = jax.jit(CourseCritic, static_argnums=0)(config.course_sizes, key)
+        return HeldCourses(critic, ship_named(config.ship), config.course.hold_steps)
     if config.algorithm != "regression":
         return init_actor(config)
     key = jax.random.fold_in(jax.random.key(config.seed), 9)
@@ -182,6 +217,8 @@ def stages_of(config: TrainConfig) -> list[Stage]:
     stages: list[Stage] = [DdpgStage(config)]
     if config.algorithm == "regression":
         stages = [RegressionStage(config)]
+    if config.algorithm == "course":
+        stages = [CourseStage(config)]
     if config.algorithm == "dagger":
         stages.insert(0, DaggerStage(config))
     return [stage for stage in stages if stage.units > 0]
@@ -193,6 +230,15 @@ def mean_metrics(metrics: list[dict[str, jax.Array]]) -> dict[str, float]:
         name: float(np.mean(jax.device_get([unit[name] for unit in metrics]), dtype=np.float32))
         for name in metrics[0]
     }
+
+
+@partial(jax.jit, static_argnums=1, donate_argnums=0)
+def _iterate_course(
+    state: CourseState, config: TrainConfig
+) -> tuple[CourseState, dict[str, jax.Array]]:
+    key = jax.random.fold_in(jax.random.key(config.seed), 7)
+    key = jax.random.fold_in(key, state.iteration)
+    return course_iteration(state, key, ship_named(config.ship), config.course)
 
 
 @partial(jax.jit, static_argnums=1, donate_argnums=0)

@@ -126,6 +126,9 @@ def _described(
     policy: AnyPolicy, critic: SubTaskCritic | None, config: TrainConfig
 ) -> tuple[Any, dict[str, Any]]:
     """The networks of a pilot as a pytree, and what the header says of them."""
+    if isinstance(policy, HeldCourses) and config.algorithm == "course":
+        sizes = {"kind": "course", **dataclasses.asdict(config.course_sizes)}
+        return {"critic": policy.critic}, {"actor": None, "critic": sizes}
     if isinstance(policy, HeldCourses):
         sizes = {"kind": "manoeuvres", **dataclasses.asdict(config.manoeuvre_critic)}
         return {"critic": policy.critic}, {"actor": None, "critic": sizes}
