@@ -214,7 +214,7 @@ def test_a_trained_pilot_knows_what_it_was_trained_on(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", registry.bundled_pilots())
+@pytest.mark.parametrize("name", registry.guardable_pilots())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_largest_that_is_let_through_is_decided_in_numbers(name, sign):
     pilot, seen = glasshelm.load(name), observation(2)

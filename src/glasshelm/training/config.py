@@ -30,9 +30,9 @@ class TrainConfig:
 
     ``algorithm`` is ``ddpg`` (actor and critics by DDPG, as in the paper),
     ``dagger`` (the actor by DAgger, then critics evaluated on it with DDPG's
-    program in which ``ddpg.actor_update`` is false), ``regression`` (a critic of
-    manoeuvres, which steers by its argmax: no actor) or ``course`` (the same, by its
-    own experience alone).
+    program in which ``ddpg.actor_update`` is false) or ``regression`` (a critic of
+    manoeuvres, which steers by its argmax: no actor). Or ``course``: the same, by its
+    own experience alone.
     """
 
     preset: str
