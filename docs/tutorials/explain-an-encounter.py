@@ -57,7 +57,9 @@ import math
 names = {ship.id: ship.name for ship in frame.targets}
 print("needed:", [names[id] for id in frame.needed])
 for ship in frame.targets:
-    print(f"{ship.name:8s} {ship.priority:+8.1f} points   DCPA {ship.dcpa_m:5.0f} m, TCPA {ship.tcpa_s / 60:4.1f} min")
+    print(
+        f"{ship.name:8s} {ship.priority:+8.1f} points   DCPA {ship.dcpa_m:5.0f} m, TCPA {ship.tcpa_s / 60:4.1f} min"
+    )
 print(f"waypoint {frame.priority.waypoint:+8.1f}")
 print(f"helm     {frame.priority.helm:+8.1f}")
 print(f"total    {frame.priority.total:+8.1f}")
@@ -70,7 +72,9 @@ print(f"total    {frame.priority.total:+8.1f}")
 # %%
 for other in frame.alternatives:
     less = frame.value.total - other.value.total
-    print(f"{other.name:18s} {math.degrees(other.course_rad) % 360:03.0f}°  {less:8.1f} points less")
+    print(
+        f"{other.name:18s} {math.degrees(other.course_rad) % 360:03.0f}°  {less:8.1f} points less"
+    )
 
 # %% [markdown]
 # Any other course can be asked about. The difference of the parts is the whole reason:

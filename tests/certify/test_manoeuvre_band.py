@@ -80,7 +80,10 @@ def test_without_errors_it_is_the_value(pilot, kind):
         _, values = pilot.critic(observe_plots(scene), pilot.ship)
         row = int(band.chosen)
         total = float(values.total[row])
-        room = 1e-3 * max(1.0, abs(float(values.collision[row]))) + 2e-3
+        cost = abs(float(values.collision[row]))
+        # Rounding of a range costs as much as the square of the nearness is steep.
+        steep = np.sqrt(pilot.critic.costs.near_weight * cost)
+        room = 1e-3 * max(1.0, cost) + 2e-3 + 5e-4 * steep
         assert band.low.total[row] == pytest.approx(total, abs=room)
         assert band.high.total[row] == pytest.approx(total, abs=room)
         assert float(band.rudder_low) <= float(band.rudder) <= float(band.rudder_high)

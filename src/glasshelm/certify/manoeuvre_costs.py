@@ -229,6 +229,14 @@ def _exposure(now: _Gauge, costs: ManoeuvreCosts) -> Bounds:
     return Bounds(low, (now.high.raised(-most) * chord).raised(top))
 
 
+def _squared(part: Bounds) -> Bounds:
+    """Bounds of the square of what is never negative: a tangent below, the chord above."""
+    at = jnp.maximum(part.low.shift, 0.0)
+    low = (part.low.raised(-at) * (2.0 * at)).raised(at**2)
+    least, most = part.high.least, part.high.most
+    return Bounds(low, (part.high.raised(-most) * (least + most)).raised(most**2))
+
+
 class TargetErrors(NamedTuple):
     """A target as measured, and its errors, in the frame of own ship's position and heading.
 
@@ -295,7 +303,7 @@ def target_bounds(
     times = costs.step_s * (1.0 + jnp.arange(path.lost.shape[0], dtype=jnp.float32))
     carry, _ = jax.lax.scan(step, start, (path, times))
     exposure, lowest, worst, nearest = carry
-    deep, near = worst.positive(), nearest.positive()
+    deep, near = worst.positive(), _squared(nearest.positive())
     weight = costs.step_s / EnvSettings().step_s * costs.danger_weight
 
     def total(of: Callable[[Bounds], Linear]) -> Linear:

@@ -45,7 +45,7 @@ class GuardSettings:
     period: int = 12
     slack: float = 0.05
     costs: ManoeuvreCosts = dataclasses.field(
-        default_factory=lambda: ManoeuvreCosts(near_weight=2000.0)
+        default_factory=lambda: ManoeuvreCosts(near_weight=8000.0)
     )
 
 

@@ -42,11 +42,12 @@ class ManoeuvreCosts:
     danger_weight: float = 10.0
     danger_margin: float = 0.25
     danger_softness: float = 0.08
-    #: Of each ship's worst moment: of Eq. 13 there, and of being nearer than ``near_loa`` lengths
-    #: (all of it in the other's midst). A sum alone would rather go quickly through a ship than
-    #: slowly round it.
+    #: Of each ship's worst moment: of Eq. 13 there, and of the square of how far it comes within
+    #: ``near_loa`` lengths (1 at own ship). A sum alone would rather go quickly through a ship than
+    #: slowly round it; without the square, a collision would cost little more than a near miss,
+    #: and be chosen where that spares an intrusion of another ship.
     worst_weight: float = 300.0
-    near_weight: float = 1000.0
+    near_weight: float = 4000.0
     near_loa: float = 2.0
     #: Of one radian of altering, over the whole manoeuvre: of two that are nearly as good, the
     #: one being steered is kept. Without it the ship weaves.
@@ -95,7 +96,7 @@ class Encountered(eqx.Module):
         near = jnp.maximum(1.0 - jnp.sqrt(self.range_m2) / (costs.near_loa * loa_m), 0.0)
         cost = costs.step_s / EnvSettings().step_s * costs.danger_weight * self.exposure
         cost += costs.worst_weight * jnp.maximum(self.margin, 0.0)
-        return -(cost + costs.near_weight * near)
+        return -(cost + costs.near_weight * near**2)
 
 
 class SimulatedCritic(eqx.Module):
