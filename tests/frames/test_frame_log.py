@@ -143,8 +143,11 @@ def frames_of(rows: list[dict[str, Any]]) -> list[f.Frame]:
         for name, hint in typing.get_type_hints(kind).items():
             inner = [h for h in typing.get_args(hint) or [hint] if isinstance(h, type)]
             struct = next((h for h in inner if issubclass(h, msgspec.Struct)), None)
-            if name == "targets":
+            if prefix + name == "targets":
                 value = []
+            elif typing.get_origin(hint) is list:
+                value = row[prefix + name]
+                value = None if value is None else msgspec.convert(value, hint)
             elif struct is not None:
                 value = part(struct, f"{prefix}{name}_", row)
             else:
@@ -161,7 +164,24 @@ def frames_of(rows: list[dict[str, Any]]) -> list[f.Frame]:
     return list(made.values())
 
 
-@pytest.mark.parametrize("made", [FRAMES, voyages.learned()[:30], voyages.plain()[:5]])
+BANDED = frame(
+    0.0,
+    target("a"),
+    band=f.Band(
+        -0.1, 0.1, 10.0, 0.01, 0.1,
+        manoeuvre=f.ManoeuvreBand(
+            f.BySubTask(1.0, -0.5, 0.5),
+            f.BySubTask(2.0, 0.0, 2.0),
+            [f.TargetBand("a", -0.5, 0.0, -0.25, 900.0)],
+            [f.AlternativeBand("keep", 0.5, 1.5)],
+            [0.25],
+            True,
+        ),
+    ),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("made", [FRAMES, [BANDED], voyages.learned()[:30], voyages.plain()[:5]])
 def test_the_frames_can_be_made_again_from_the_table(tmp_path, made):
     # Everything is in it, Q over the rudder range of the frame and of each target too.
     path = tmp_path / "frames.parquet"

@@ -70,7 +70,7 @@ def _flat(part: msgspec.Struct, prefix: str) -> dict[str, Any]:
         value = getattr(part, field)
         if isinstance(value, msgspec.Struct):
             values |= _flat(value, f"{prefix}{field}_")
-        elif value is not None and field != "targets":
+        elif value is not None and prefix + field != "targets":  # those have rows of their own
             values[prefix + field] = _arrow_value(value)
     return values
 
@@ -102,7 +102,7 @@ def _flat_types(struct: type[msgspec.Struct], prefix: str) -> dict[str, Any]:
         kind = _plain(hint)
         if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
             found |= _flat_types(kind, f"{prefix}{name}_")
-        elif name != "targets":
+        elif prefix + name != "targets":
             found[prefix + name] = kind
     return found
 

@@ -1,6 +1,5 @@
 """Pilots by name: the bundled weights, weights files, and pilots that need none."""
 
-from functools import lru_cache
 from pathlib import Path
 
 from glasshelm.core.errors import InputError
@@ -55,7 +54,6 @@ def bundled_pilots() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in WEIGHTS.glob(f"*{SUFFIX}")))
 
 
-@lru_cache
 def guardable_pilots() -> tuple[str, ...]:
     """Those of them that an actor steers: a critic that steers looks ahead by itself."""
     headers = {name: read_header(WEIGHTS / f"{name}{SUFFIX}") for name in bundled_pilots()}
