@@ -45,6 +45,7 @@ from glasshelm.planning.simulated_critic import Encountered, ManoeuvreCosts
 from glasshelm.planning.situation import rudder_towards, situation_of
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.encounter_mix import EncounterMix
+from glasshelm.training.iterations import optimiser_of, with_newest
 from glasshelm.training.vector_env import reset_batch, step_batch
 
 
@@ -154,7 +155,7 @@ def init_course(critic: CourseCritic, settings: CourseLearningSettings) -> Cours
     return CourseState(
         jax.tree.map(jnp.copy, critic),  # own copies: the state is donated
         jax.tree.map(jnp.copy, critic),
-        _optimiser(settings).init(eqx.filter(critic, eqx.is_array)),
+        optimiser_of(settings).init(eqx.filter(critic, eqx.is_array)),
         Experience(rows(WAYPOINT_INPUTS, mix.size), rows(TARGET_INPUTS, mix.total_targets)),
         jnp.zeros((), jnp.int32),
     )
@@ -305,10 +306,8 @@ def course_iteration(
     draw_key, collect_key, learn_key = jax.random.split(key, 3)
     encounters = settings.mix.draw(draw_key, ship)
     new = collect_experience(state.average, encounters, collect_key, ship, settings)
-    oldest = state.iteration % settings.dataset_iterations
-    dataset = jax.tree.map(lambda all_, new: all_.at[oldest].set(new), state.dataset, new)
-    filled = jnp.minimum(state.iteration + 1, settings.dataset_iterations)
-    optimiser = _optimiser(settings)
+    dataset, filled = with_newest(state.dataset, new, state.iteration, settings)
+    optimiser = optimiser_of(settings)
 
     def drawn(rows: Rows, number: int, key: PRNGKeyArray) -> Rows:
         at = jax.random.randint(key, (number,), 0, filled * rows.cost.shape[1])
@@ -344,15 +343,3 @@ def course_iteration(
     (critic, average, optimiser_state, _), losses = jax.lax.scan(update, start, keys)
     after = CourseState(critic, average, optimiser_state, dataset, state.iteration + 1)
     return after, jax.tree.map(jnp.mean, losses)
-
-
-def _optimiser(settings: CourseLearningSettings) -> optax.GradientTransformation:
-    updates = settings.iterations * settings.updates
-    schedule = optax.warmup_cosine_decay_schedule(
-        0.1 * settings.learning_rate,
-        settings.learning_rate,
-        min(300, updates // 10 + 1),
-        max(updates, 2),
-        0.02 * settings.learning_rate,
-    )
-    return optax.chain(optax.clip_by_global_norm(settings.max_gradient_norm), optax.adam(schedule))

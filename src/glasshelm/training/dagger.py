@@ -34,6 +34,7 @@ from glasshelm.planning.situation import rudder_towards
 from glasshelm.ship.nomoto import ShipParams
 from glasshelm.training.action_gap import action_gap
 from glasshelm.training.encounter_mix import EncounterMix
+from glasshelm.training.iterations import optimiser_of, with_newest
 from glasshelm.training.vector_env import reset_batch, step_batch
 
 
@@ -115,7 +116,7 @@ def init_dagger(actor: Actor, settings: DaggerSettings) -> DaggerState:
     return DaggerState(
         jax.tree.map(jnp.copy, actor),  # own copies: the state is donated
         jax.tree.map(jnp.copy, actor),
-        _optimiser(settings).init(eqx.filter(actor, eqx.is_array)),
+        optimiser_of(settings).init(eqx.filter(actor, eqx.is_array)),
         Labels(observation, jnp.zeros(shape), jnp.zeros(shape)),
         jnp.zeros((), jnp.int32),
     )
@@ -185,10 +186,8 @@ def dagger_iteration(
     ramp = jnp.minimum(1.0, state.iteration / settings.beta_iterations)
     actor_share = (1.0 - settings.beta) * ramp
     labels = collect_labels(state.actor, encounters, actor_share, collect_key, ship, settings)
-    oldest = state.iteration % settings.dataset_iterations
-    dataset = jax.tree.map(lambda all_, new: all_.at[oldest].set(new), state.dataset, labels)
-    filled = jnp.minimum(state.iteration + 1, settings.dataset_iterations)
-    optimiser = _optimiser(settings)
+    dataset, filled = with_newest(state.dataset, labels, state.iteration, settings)
+    optimiser = optimiser_of(settings)
 
     def loss(actor: Actor, labels: Labels) -> Float[Array, ""]:
         error = actor(labels.observation, fleet) - labels.rudder
@@ -222,15 +221,3 @@ def dagger_iteration(
     (actor, average, optimiser_state), losses = jax.lax.scan(update, start, keys)
     state = DaggerState(actor, average, optimiser_state, dataset, state.iteration + 1)
     return state, losses.mean()
-
-
-def _optimiser(settings: DaggerSettings) -> optax.GradientTransformation:
-    updates = settings.iterations * settings.updates
-    schedule = optax.warmup_cosine_decay_schedule(
-        0.1 * settings.learning_rate,
-        settings.learning_rate,
-        min(300, updates // 10 + 1),
-        max(updates, 2),
-        0.02 * settings.learning_rate,
-    )
-    return optax.chain(optax.clip_by_global_norm(settings.max_gradient_norm), optax.adam(schedule))

@@ -47,6 +47,7 @@ from glasshelm.simulation.disturbances import with_random_disturbances
 from glasshelm.simulation.rollout import Case, plain_cases, reset_case
 from glasshelm.simulation.sensor_model import PerceivedTraffic, next_perception
 from glasshelm.training.encounter_mix import EncounterMix
+from glasshelm.training.iterations import optimiser_of, with_newest
 
 
 @dataclasses.dataclass(frozen=True)
@@ -144,7 +145,7 @@ def init_regression(critic: LearnedCritic, settings: RegressionSettings) -> Regr
     return RegressionState(
         jax.tree.map(jnp.copy, critic),  # own copies: the state is donated
         jax.tree.map(jnp.copy, critic),
-        _optimiser(settings).init(eqx.filter(critic, eqx.is_array)),
+        optimiser_of(settings).init(eqx.filter(critic, eqx.is_array)),
         CostLabels(
             jnp.zeros((*shape, COURSE_INPUTS)),
             jnp.zeros(shape, jnp.int32),
@@ -342,10 +343,8 @@ def regression_iteration(
     """
     collect_key, learn_key = jax.random.split(key)
     labels = collect_costs(state.average, cases, collect_key, ship, settings)
-    oldest = state.iteration % settings.dataset_iterations
-    dataset = jax.tree.map(lambda all_, new: all_.at[oldest].set(new), state.dataset, labels)
-    filled = jnp.minimum(state.iteration + 1, settings.dataset_iterations)
-    optimiser = _optimiser(settings)
+    dataset, filled = with_newest(state.dataset, labels, state.iteration, settings)
+    optimiser = optimiser_of(settings)
 
     def loss(critic: LearnedCritic, rows: CostLabels) -> Float[Array, ""]:
         label = rows.log_cost.astype(jnp.float32)
@@ -374,15 +373,3 @@ def regression_iteration(
     (critic, average, optimiser_state, _), losses = jax.lax.scan(update, start, keys)
     after = RegressionState(critic, average, optimiser_state, dataset, state.iteration + 1)
     return after, {"cost_deviance": losses.mean()}
-
-
-def _optimiser(settings: RegressionSettings) -> optax.GradientTransformation:
-    updates = settings.iterations * settings.updates
-    schedule = optax.warmup_cosine_decay_schedule(
-        0.1 * settings.learning_rate,
-        settings.learning_rate,
-        min(300, updates // 10 + 1),
-        max(updates, 2),
-        0.02 * settings.learning_rate,
-    )
-    return optax.chain(optax.clip_by_global_norm(settings.max_gradient_norm), optax.adam(schedule))
